@@ -280,16 +280,19 @@ def test_check_says_what_was_read_and_writes_nothing(run: Run, write: Write, tmp
 def test_check_says_which_rows_of_an_own_catalogue_contradict_themselves(
     run: Run, write: Write, tmp_path: Path
 ) -> None:
-    """A torque constant in mNm/A that was given in Nm/A; the shipped catalogue is not searched."""
+    """A torque constant in mNm/A that was given in Nm/A, an inverted ratio; the shipped catalogue is not searched."""
     rows = (
         "key,kind,current_basis,winding_basis,resistance [ohm],torque_constant [mNm/A],rotor_inertia [g cm^2],source\n"
     )
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "motors.csv").write_text(f"{rows}SMALL,brushless,dc,line_line,1.2,0.03,60,sheet\n")
+    rows = "key,kind,ratio,continuous_torque [N m],source\nUPSIDE,planetary,0.2,5,sheet\n"
+    (tmp_path / "parts" / "gears.csv").write_text(rows)
     study = write()
     study.write_text(study.read_text().replace("catalogs: []", "catalogs: [shipped, parts]"))
     code, _, errors = run("check", study)
     assert code == 0 and "errors in the catalogues (1):" in errors and "(SMALL): error: makes R J/kt^2" in errors
+    assert "warnings in the catalogues (" in errors and "was 5 meant: motor over output speed?" in errors
 
 
 def test_check_schema_is_json(run: Run) -> None:

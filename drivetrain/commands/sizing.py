@@ -261,7 +261,8 @@ def _summarise(study: Study, *, errors: bool) -> None:
     for names, counts in passed_over(study.joints):
         for line in (f"candidates of {names}:", *(f"  {count}" for count in counts)):
             say(f"  {line}", errors=errors)
-    listed("errors in the catalogues", _catalog_errors(study), most=MOST_NOTES)
+    for severity, found in _catalog_findings(study).items():
+        listed(f"{severity}s in the catalogues", found, most=MOST_NOTES)
     warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
     listed("warnings and notes", warnings_first, most=MOST_NOTES)
     barred = [task.name for task in study.joints if task.drive is None and not task.pairs]
@@ -273,18 +274,21 @@ def _summarise(study: Study, *, errors: bool) -> None:
     say(text, errors=errors)
 
 
-def _catalog_errors(study: Study) -> list[str]:
-    """What the lint calls errors in the study's catalogues, except the shipped one."""
+def _catalog_findings(study: Study) -> dict[str, list[str]]:
+    """Findings of the lint in the study's catalogues, except the shipped one, by severity."""
     from drivetrain.catalog.findings import Severity
     from drivetrain.catalog.linting import lint
     from drivetrain.study.parts.sheets import SHIPPED_CATALOG
 
     if study.document is None:
-        return []
+        return {}
     named = study.document.data.get("catalogs", [])
     folders = [named] if isinstance(named, str) else named
-    found = (one for name in folders if name != SHIPPED_CATALOG for one in lint(study.document.folder / name))
-    return [str(one) for one in found if one.severity is Severity.ERROR]
+    found = [one for name in folders if name != SHIPPED_CATALOG for one in lint(study.document.folder / name)]
+    return {
+        str(severity): [str(one) for one in found if one.severity is severity]
+        for severity in (Severity.ERROR, Severity.WARNING)
+    }
 
 
 def options_beside(front: str | None, curves: list[str] | None, low: str | None, high: str | None) -> dict[str, Any]:

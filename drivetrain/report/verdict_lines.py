@@ -74,7 +74,7 @@ def _cells(joint: JointResult) -> list[str | Text]:
     return [
         joint.name,
         joint.motor,
-        joint.gear or "direct",
+        joint.gear.removeprefix("+") or "direct",
         percent(_largest(joint, ("gear repeated peak torque", "motor peak torque"))),
         percent(_largest(joint, ("motor RMS current",))),
         DASH if heat is None else f"{float(heat.max()):.0f} °C",

@@ -237,7 +237,8 @@ class Evaluation:
 
 
 def _share(check: Check) -> str:
-    return f"{100.0 * (check.utilisation or 0.0):.3g} %"
+    used = check.utilisation or 0.0
+    return "∞" if math.isinf(used) else f"{100.0 * used:.3g} %"
 
 
 REJECTED_NUMBERS = ("required", "available", "utilisation", "objective")

@@ -478,13 +478,15 @@ class Study:
 
 
 def pair_name(motor: str, gear: str) -> str:
-    """A motor and its gear (keys or names) as text; an empty gear stands for a direct drive."""
-    return f"{motor} with {gear or 'no gear'}"
+    """A motor and its gear (keys or names) as text; an empty gear stands for a direct drive, ``+STAGES`` for stages
+    that the motor drives without a gear.
+    """
+    return f"{motor} with {gear.removeprefix('+') or 'no gear'}"
 
 
 def gear_name(gear: str) -> str:
-    """Text for a gear key in a table; the empty key is a direct drive."""
-    return gear or "direct drive"
+    """Text for a gear key in a table; the empty key is a direct drive, ``+STAGES`` are stages without a gear."""
+    return gear.removeprefix("+") or "direct drive"
 
 
 def refuse_moving_base(study: Study, what: str) -> None:

@@ -15,6 +15,7 @@ from drivetrain.drive.gear import NO_GEAR, Gear, mesh
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.stages import Stage, chained, with_stages
 from drivetrain.errors import InputError
+from drivetrain.study.model import pair_name
 from drivetrain.study.read import load_study
 
 BALL = Stage("screw", efficiency=0.9, lead=0.01 / (2.0 * math.pi), root_diameter=0.0174, diameter=0.0208, length=1.0)
@@ -76,6 +77,7 @@ def test_a_gear_with_a_chain_is_mechanics_done_twice() -> None:
     assert found.driven == pytest.approx((2.0 - 1.0 / 0.8) * (2.0 - 1.0 / 0.96))
     assert with_stages(NO_GEAR, chained([BALL])).direct
     assert with_stages(NO_GEAR, chained([BALL])).key == "+screw"
+    assert pair_name("m", "+screw") == "m with screw"
 
 
 def test_power_that_a_stage_takes_is_accounted_for() -> None:

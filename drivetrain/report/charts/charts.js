@@ -10,7 +10,7 @@ const page = (function () {
 
   const BRIGHT = { "#0072B2": "#4C86F0", "#009E73": "#2CC79B", "#D55E00": "#FF8B45", "#7f6a3f": "#b59a62" }; // on dark
   const colour = (name) =>
-    dark.matches && BRIGHT[name] ? BRIGHT[name] : ["ink", "muted", "faint"].includes(name)
+    dark.matches && BRIGHT[name] ? BRIGHT[name] : ["ink", "muted", "faint", "paper"].includes(name)
       ? getComputedStyle(document.documentElement).getPropertyValue(name === "faint" ? "--line" : "--" + name).trim()
       : name;
   const DARK = "#1b2129";
@@ -118,7 +118,7 @@ const page = (function () {
       figure.add_layout(new Bokeh.Span({ dimension: x.length ? "height" : "width", location: x.length ? x[0] : y[0], ...line }));
       if (label) figure.add_layout(new Bokeh.Label({
         x: x.length ? x[0] : 4, y: x.length ? 4 : y[0], [x.length ? "y_units" : "x_units"]: "screen", x_offset: x.length ? 3 : 0, y_offset: 2,
-        text: label, text_font_size: "11px", text_color: ink }));
+        text: label, text_font_size: "11px", text_color: ink, background_fill_color: colour("paper"), background_fill_alpha: 0.85 }));
     } else if (one.kind === "text") {
       figure.add_layout(new Bokeh.Label({ x: x[0], y: y[0], x_offset: 6, text_baseline: "middle", text: label, text_font_size: "11px", text_color: ink }));
     }

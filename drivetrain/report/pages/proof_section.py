@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import DASH, number
@@ -19,6 +20,14 @@ WORK = {
     "sets that fit": "whole sets met that pass every check",
     "equal sets judged": "equals of the best set, or of the last of the best, that pass every check",
     "disagreements": "sets on which compiled code and evaluation differed, taken out",
+    # of a front
+    "candidates costed": "bounds on the criteria of a candidate",
+    "nodes decided": "search nodes whose sets were all listed, with exact criteria",
+    "nodes walked": "search nodes whose sets were all listed, with bounds on the criteria",
+    "sets judged": "whole sets compared with the limits of all joints together",
+    "sets drawn": "whole sets tested by Monte Carlo samples",
+    "sets with a drive that fails too often": "whole sets rejected because of one drive that fails too often",
+    "sets too near to decide": "whole sets too near the required probability to decide",
 }  # "pushed" only orders the search
 
 
@@ -112,10 +121,12 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
     return facts
 
 
+def work_done(counters: Mapping[str, int]) -> list[tuple[str, str]]:
+    """What a search did, in words, and how often; without what it did not do."""
+    return [(words, f"{counters[name]:,}".replace(",", "\u202f")) for name, words in WORK.items() if counters.get(name)]
+
+
 def search_table(selection: Selection) -> SheetTable | None:
     """Counters of the search; None if there was nothing to search."""
-    rows = tuple(
-        (WORK[name], f"{selection.counters[name]:,}".replace(",", "\u202f"))
-        for name in WORK if selection.counters.get(name)
-    )  # fmt: skip
+    rows = tuple(work_done(selection.counters))
     return SheetTable(("work", "count"), rows, numeric=(1,)) if rows else None

@@ -16,6 +16,17 @@ from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
 UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run reports that its results are not reliable
+WORK = {
+    "solves": "systems of equations solved",
+    "instants": "instants in the recording",
+    "parted": "substeps",
+    "unsettled": "steps without convergence",
+    "rejected": "steps rejected",
+    "rates": "evaluations of the right-hand side",
+    "jacobians": "Jacobians",
+    "event_values": "evaluations of the event functions",
+    "mode_changes": "changes of mode (friction, contact, limits)",
+}  # counters of a run in words; the others are words already
 MOST_EVENTS = 40  # shown in the table; the recording holds them all
 
 
@@ -37,7 +48,7 @@ def simulation_report(found: SimulationFound) -> str:
 
 def simulation_lines(found: SimulationFound) -> list[str]:
     recording, made = found.recording, found.decision
-    work = ", ".join(f"{count} {name}" for name, count in recording.counters.items())
+    work = ", ".join(f"{count} {WORK.get(name, name)}" for name, count in recording.counters.items())
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
     if recording.stopped_by is not None:
         lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
@@ -62,7 +73,7 @@ def _run(found: SimulationFound) -> Section:
     word, css = ("", "") if made is None else (str(made.verdict), CSS[made.verdict])
     if recording.stopped_by is not None:
         word, css = "stopped", "fail"
-    work = ", ".join(f"{number(float(count))} {name}" for name, count in recording.counters.items())
+    work = ", ".join(f"{number(float(count))} {WORK.get(name, name)}" for name, count in recording.counters.items())
     lead = [f"{found.effects[0].upper()}{found.effects[1:]}. {recording.about.get('solver', '')}: {work}."]
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")

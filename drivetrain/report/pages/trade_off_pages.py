@@ -10,6 +10,7 @@ from typing import Any
 from drivetrain.report.charts.answer_charts import NAMES, curve_charts, front_charts, knee
 from drivetrain.report.charts.chart import JOINT_COLOURS, Chart, captioned
 from drivetrain.report.json_text import drives_data, job_data, json_text
+from drivetrain.report.pages.proof_section import work_done
 from drivetrain.report.pages.sheet import Chip, Extra, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
 from drivetrain.report.words import CRITERIA, HEADINGS, objective_tail
@@ -45,7 +46,7 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
         figures = captioned(front_charts(found, chosen), caption)
     word, css = ("complete", "pass") if found.complete else ("not complete", "marginal")
     tables = _front_tables(found, chosen) if found.points else ()
-    work = [f"{number(count) if count >= 1000 else count} {name}" for name, count in found.counters.items()]
+    work = [f"{count} {words}" for words, count in work_done(found.counters)]
     notes = (
         *(f"{name} is left out: {why}" for name, why in found.left_out.items()), *found.notes,
         f"work done: {', '.join(work)}",
