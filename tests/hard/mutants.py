@@ -57,7 +57,10 @@ _Job = tuple[str, list[tuple[str, float]], Callable[[], None]]  # a mutant, its 
 OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly", "-n0", "-W", "ignore::RuntimeWarning")
 PER_TEST, PER_FILE, PER_MUTANT = 2.0, 9.0, 30.0  # s of a processor
 # Most figures by formulas of their own: asked first where they call a law.
-WIDE = ("sizing/test_figures_written_out.py", "agreement/test_verdicts.py")
+WIDE = (
+    "sizing/test_figures_written_out.py", "sizing/test_random_axes.py", "sizing/test_special_axes.py",
+    "sizing/test_what_sheets_hide.py", "agreement/test_verdicts.py",
+)  # fmt: skip
 
 
 # --- mutants

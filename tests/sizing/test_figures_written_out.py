@@ -7,56 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from one_axis import AMBIENT, COPPER, FRICTIONS, PEAK, axis, constant, rates, resistance, rubbed
 from scipy.optimize import brentq
 
-from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier
-from drivetrain.drive.drive import Drive
 from drivetrain.drive.friction import Friction
-from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.operation import Operation
 from drivetrain.study.model import DriveMass, Safety, StiffnessWish, Stop
 
-COPPER, AMBIENT, PEAK = 0.0039, 31.0, 1.3  # 1/K from 25 C, C, safety factor
 WINDING_LIMIT = 125.0
-
-
-def axis(make, motor=None, gear=None, cycle=None, task=None, **changes):
-    """One joint at work over a smooth cycle that begins and ends at rest, in all four quadrants."""
-    if cycle is None:
-        time = np.linspace(0.0, 1.2, 25)
-        rate = 2.0 * math.pi / 1.2
-        speed, acceleration = 3.0 * np.sin(rate * time), 3.0 * rate * np.cos(rate * time)
-        speed[np.abs(speed) < 1e-12] = 0.0
-        torque = 9.0 * np.cos(3.0 * rate * time) + 2.0 * np.sin(rate * time) * (1.0 - np.cos(rate * time))
-        cycle = make.table_cycle(time, torque, speed, acceleration)  # steepest within, not at an end
-    motor, gear = motor or make.motor, gear or make.gear
-    study = make.study(
-        cycle, joints=(make.task(**({"motor_friction": Friction()} | (task or {}))),),
-        catalog=Catalog({"m1": motor}, {"g1": gear}), ambient=AMBIENT, **{"safety": Safety(peak_torque=PEAK)} | changes,
-    )  # fmt: skip
-    work, only = workload(study), study.joints[0]
-    drive = Drive(motor, gear, only.friction, only.motor_friction)
-    return Operation(work.at(0, {0: drive}).demand(drive), drive, study, 0)
-
-
-def resistance(motor, temperature):
-    return motor.resistance * (1.0 + COPPER * (temperature - motor.reference_temperature))
-
-
-def constant(motor, temperature):
-    return motor.torque_constant * (1.0 + motor.magnet_coefficient * (temperature - motor.reference_temperature))
-
-
-def rates(op):
-    """Mean of the torque's slopes on both sides of a sample, but for one where the motion turns: there it steps."""
-    time, torque, way = op.demand.time, op.motor_torque, np.sign(op.demand.speed)
-    slopes = [(b - a) / (t - s) for a, b, s, t in zip(torque, torque[1:], time, time[1:], strict=False)]
-    found = []
-    for k in range(len(time)):
-        sides = [slopes[i] for i in (k - 1, k) if 0 <= i < len(slopes) and way[i] == way[i + 1]]
-        found.append(np.mean(sides) if sides else 0.0)
-    return np.array(found)
 
 
 @pytest.mark.parametrize(("inductance", "terminal"), [(1e-9, 0.3), (0.02, 0.3), (0.02, 3.0)])
@@ -232,21 +190,6 @@ def test_a_limit_that_holds_only_without_what_no_sheet_states(make, times):
         assert more > 0.0 and math.isnan(used)
     else:
         assert used == pytest.approx(PEAK * asked / peak, rel=1e-9)
-
-
-FRICTIONS = Friction(0.5, 0.8, 0.06, 0.09, static=1.1, stribeck_speed=0.7), Friction(0.002, None, 4e-6, static=0.003)
-
-
-def rubbed(friction, speed):
-    """Against the motion; what sticks more than it slides falls off with the square of the speed."""
-    ahead = speed > 0.0
-    behind = friction.coulomb if friction.coulomb_negative is None else friction.coulomb_negative
-    viscous = friction.viscous if friction.viscous_negative is None else friction.viscous_negative
-    sliding = np.where(ahead, friction.coulomb, behind)
-    more = 0.0
-    if friction.stribeck_speed is not None:
-        more = np.maximum(friction.static - sliding, 0.0) * np.exp(-((speed / friction.stribeck_speed) ** 2))
-    return np.sign(speed) * (sliding + more) + np.where(ahead, friction.viscous, viscous) * speed
 
 
 @pytest.mark.parametrize("ratio", [50.0, -50.0])
