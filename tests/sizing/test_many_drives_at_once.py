@@ -92,7 +92,7 @@ def lacking_of(one, used):
     return -1
 
 
-@pytest.fixture(scope="module", params=["ramp", "current"])
+@pytest.fixture(params=["ramp", "current"])
 def op(make, request):
     """Its motor's friction is known; any stop on a ramp, or at a current."""
     stop = Stop(ramp=0.35) if request.param == "ramp" else Stop(current=30.0)

@@ -59,10 +59,14 @@ KINDS = {  # changes of motor, gear, task and study
     "riding backwards": ({}, {"ratio": -45.0, "stiffness_1": 7e3}, {**HARD, "mount": Mount("child")}, {}),
     "two parts": ({}, {**DRAG, **BEARING}, RAMP, {"mixed": True}),
     "factors below 1": ({}, BEARING, RAMP, {"safety": replace(SAFETY, peak_torque=0.7, life=None)}),
+    "next to nothing": ({}, BEARING, {
+        **RAMP, "friction": Friction(), "motor_friction": Friction(),}, {"size": 1e-4}),
+    "next to nothing is stopped": ({}, {}, {
+        **HARD, "friction": Friction(), "motor_friction": Friction()}, {"size": 1e-4, "cold_start": -15.0}),
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(params=KINDS)
 def op(make, request):
     motor, gear, task, changes = KINDS[request.param]
     return random_axis(make, motor, gear, task, **changes)
@@ -93,7 +97,11 @@ def shaft_torque(op, load, speed, rotor, temperature):
     driving, driven, *_ = part_of(op)
     turn = op.drive.gear.ratio * speed
     through = np.where(load * speed > 0.0, driving, driven) * load / op.drive.gear.ratio
-    return through + rotor + rubbed(FRICTIONS[1], turn) + sum(drag(op, turn, temperature))
+    return through + rotor + rubbed(op.task.motor_friction, turn) + sum(drag(op, turn, temperature))
+
+
+def stuck(friction):
+    return friction.coulomb if friction.static is None else friction.static
 
 
 def sticks(op):
@@ -113,9 +121,8 @@ def worked_out(op, temperature):
     moving = shaft_torque(op, demand.gear_torque + rubbed(friction, way), way, rotor, temperature)
     torque = np.where(way == 0.0, held, moving)
     sign = np.sign(demand.gear_torque)
-    static = friction.coulomb if friction.static is None else friction.static
-    pushed = demand.gear_torque + sign * static
-    start = driving * pushed / ratio + np.sign(ratio) * sign * (FRICTIONS[1].static + sticks(op)) + rotor
+    pushed = demand.gear_torque + sign * stuck(friction)
+    start = driving * pushed / ratio + np.sign(ratio) * sign * (stuck(op.task.motor_friction) + sticks(op)) + rotor
     return torque, np.where(demand.at_rest, np.maximum(np.abs(torque), np.abs(start)), np.abs(torque))
 
 
@@ -150,8 +157,7 @@ def test_load_of_the_gear(op):
     demand, friction, gear = op.demand, op.task.friction, op.drive.gear
     _, _, onward, _, stages = part_of(op)
     load = demand.gear_torque + rubbed(friction, demand.speed)
-    static = friction.coulomb if friction.static is None else friction.static
-    loose = np.abs(load) + np.where(demand.at_rest, static, 0.0)
+    loose = np.abs(load) + np.where(demand.at_rest, stuck(friction), 0.0)
     carried = np.where(load * demand.speed > 0.0, onward, 1.0) * load
     carried = np.maximum(np.abs(carried), np.abs(carried + stages * demand.acceleration))
     assert op.figures.joint_torque == pytest.approx(loose.max(), rel=CLOSE)
@@ -286,7 +292,7 @@ def hard_stop(op):
             raise AssertionError("no direction of power fits")
 
         turn = ratio * speed
-        rubs = rubbed(FRICTIONS[1], turn)
+        rubs = rubbed(op.task.motor_friction, turn)
         seal, turning = drag(op, turn, warmth)
         a, torque = stopped(30.0 * constant(motor, magnets), rubs + seal + turning, (driving, driven))
         share = 1.0
@@ -334,7 +340,7 @@ def test_heat(op):
     seal, turning = (part * turn for part in drag(op, turn, 20.0))
     meshed, dragged = mean(op, mesh + seal), mean(op, turning)
     switched = 2.0 * 0.02 * (torque / constant(motor, motor.max_winding_temperature)) ** 2
-    rubs = mean(op, rubbed(FRICTIONS[1], turn) * turn + 0.35 * (switched + 5.0)) + BRAKE.power
+    rubs = mean(op, rubbed(op.task.motor_friction, turn) * turn + 0.35 * (switched + 5.0)) + BRAKE.power
     excess, squares = phase_squares(op) - torque**2, []
     for part in demand.cycle.parts:
         a, b, step = torque[part][:-1], torque[part][1:], np.diff(demand.time[part])

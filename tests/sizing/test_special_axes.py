@@ -20,7 +20,8 @@ RPM = math.pi / 30.0
 @pytest.mark.parametrize("stop", [Stop(ramp=0.35), Stop(current=30.0)])
 def test_a_joint_that_never_moves(make, stop):
     """It holds its load, without friction, for ever in one phase; nothing breaks loose and nothing stops."""
-    op = random_axis(make, task={"stop": stop}, moves=False)
+    bearing = {"bearing_pitch_diameter": 0.11, "bearing_offset": 0.043, "bearing_dynamic_rating": 9e3}
+    op = random_axis(make, gear=bearing, task={"stop": stop}, moves=False)
     torque, figures, time = op.demand.gear_torque, op.figures, op.demand.time
     largest, k = np.abs(torque).max(), constant(op.drive.motor, op.figures.magnet_temperature)
     held = math.sqrt(np.trapezoid((torque / 50.0) ** 2, time) / time[-1])
@@ -30,6 +31,7 @@ def test_a_joint_that_never_moves(make, stop):
         "phase_current": math.sqrt(2.0) * held / k, "rms_current": math.sqrt(2.0) * held / k, "stop_torque": 0.0,
         "stop_motor_torque": 0.0, "stop_travel": 0.0, "permitted_peaks": math.inf, "input_speed": 0.0,
         "mean_input_speed": 0.0, "gear_loss": 0.0, "gear_life": math.inf,
+        "bearing_life": math.inf,
     }  # fmt: skip
     assert {name: figures[name] for name in wanted} == pytest.approx(wanted, rel=CLOSE)
     amplifier = Amplifier(peak_current=40.0, continuous_current=9.0, thermal_time_constant=1e6)
@@ -95,6 +97,17 @@ def test_a_stop_that_loads_the_gear_no_more_than_a_cycle_may(make, share):
 def test_a_current_that_does_not_stop_the_load(make):
     op = random_axis(make, task={"stop": Stop(current=0.5)})
     assert op.figures.stop_travel == math.inf and op.figures.stop_torque < math.inf
+
+
+def test_an_inertia_ratio_without_that_of_the_gear(make):
+    """Of rotor and brake alone."""
+    op = random_axis(make, gear={"inertia": None})
+    rotor = 50.0**2 * (make.motor.rotor_inertia + BRAKE.inertia)
+    assert op.figures.inertia_ratio == pytest.approx(op.demand.load_inertia.max() / rotor, rel=CLOSE)
+    speed = 50.0 * np.abs(op.demand.speed).max()
+    held = np.abs(op.demand.static_torque).max() / 50.0
+    heat = 0.5 * (op.demand.load_inertia.max() + rotor) / 50.0**2 * speed**2 * 0.9 / (0.9 - held)
+    assert op.figures.stopping_energy == pytest.approx(heat, rel=CLOSE)
 
 
 def test_forces_of_a_joint_that_states_none(make):

@@ -62,7 +62,7 @@ KINDS = {  # changes of motor, gear, task and study
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(params=KINDS)
 def op(make, request):
     motor, gear, task, changes = KINDS[request.param]
     return random_axis(make, motor, gear, task, **changes)
