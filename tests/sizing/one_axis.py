@@ -50,7 +50,7 @@ def axis(make, motor=None, gear=None, cycle=None, task=None, demand=None, **chan
     return Operation(replace(asked.demand(drive), **demand or {}), drive, study, 0)
 
 
-def random_axis(make, motor=None, gear=None, task=None, mixed=False, moves=True, size=1.0, **changes):
+def random_axis(make, motor=None, gear=None, task=None, mixed=False, moves=True, size=1.0, brake=BRAKE, **changes):
     """One joint with a motion and loads that fit no mechanism: every series has numbers of its own.
 
     It rests at the ends, at a sample alone, and for a while; stops on a ramp have states of their own. ``motor``,
@@ -61,7 +61,7 @@ def random_axis(make, motor=None, gear=None, task=None, mixed=False, moves=True,
     time = np.append(0.0, np.cumsum(rng.uniform(0.05, 0.15, samples - 1)))
     speed, acceleration = 3.0 * rng.normal(size=samples), 20.0 * rng.normal(size=samples)
     moves = size * moves
-    speed[[0, 5, 8, 9, 10, -1]] = acceleration[[8, 9, 10]] = 0.0
+    speed[[0, 5, 8, 9, 10, -2, -1]] = acceleration[[8, 9, 10]] = 0.0
     acceleration[4:7], speed[[4, 6]] = [7.0, 9.0, 8.0], [-2.0, 1.5]  # turns with losses of where it goes
     parts = slice(0, 9), slice(9, samples)
     time[9:] -= mixed * (time[9] - time[8])  # one part after the other
@@ -75,12 +75,12 @@ def random_axis(make, motor=None, gear=None, task=None, mixed=False, moves=True,
         "carrier_acceleration": moves * 5.0 * rng.normal(size=samples),
     }  # fmt: skip
     amplifier = Amplifier(peak_current=40.0, continuous_current=9.0, standby_power=5.0, on_resistance=0.02)
-    task = {"friction": FRICTIONS[0], "motor_friction": FRICTIONS[1], "amplifier": amplifier, "brakes": (BRAKE,),
+    task = {"friction": FRICTIONS[0], "motor_friction": FRICTIONS[1], "amplifier": amplifier, "brakes": (brake,),
             "gear_heat": 0.6, "amplifier_heat": 0.35, "stop": Stop(ramp=0.35), **(task or {})}  # fmt: skip
     if task["stop"].ramp is not None and moves:
         demand["stop"] = StopDemand(np.arange(9), np.zeros(9), *stops)
     plain = {"magnet_coefficient": -0.002, "inductance": 0.003, "resistance_winding_housing": 1.7}
-    motor = braked(replace(make.motor, **plain | SLOW | (motor or {})), BRAKE)
+    motor = braked(replace(make.motor, **plain | SLOW | (motor or {})), brake)
     arm = make.planar_arm([0.4], [1.0])  # of which only is asked whether there is one
     changes = {"arm": arm, "safety": SAFETY, "stiffness": StiffnessWish(7.0), **changes}
     return axis(make, motor, replace(make.gear, **(gear or {})), cycle, task, demand, **changes)

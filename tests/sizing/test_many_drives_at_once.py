@@ -71,13 +71,13 @@ def drives_of(op):
     ]
 
 
-def judged(op, drives, series, amounts=None, until=inf, quick=False, power=None):
+def judged(op, drives, series, amounts=None, until=inf, quick=False, power=None, rows=CHECKS):
     """Cases, and of each the largest utilisation, its check, the check that lacks something, and all utilisations."""
     cases, count = cases_of(op.study, op.joint, op.demand, drives), len(drives)
-    found, used, places = np.zeros(count), np.zeros((count, len(CHECKS))), np.zeros((2, count), dtype=np.int64)
+    found, used, places = np.zeros(count), np.zeros((count, len(rows))), np.zeros((2, count), dtype=np.int64)
     amounts = np.zeros((count, 0)) if amounts is None else amounts
     power = np.zeros((0, 2, len(op.demand.time))) if power is None else power
-    judge_cases(cases, as_numbers(cases), table(), series, amounts, until, quick, power, used, found, *places)
+    judge_cases(cases, as_numbers(cases), table(rows), series, amounts, until, quick, power, used, found, *places)
     return cases, found, *places, used
 
 
@@ -138,6 +138,17 @@ def test_a_quick_look_changes_no_verdict(op):
             if not quick:
                 least = [share if row.stage <= first else -1.0 for row, share in zip(CHECKS, used[k], strict=True)]
                 assert binding[k] == np.nanargmax(least) and most[k] == np.nanmax(least)
+
+
+def test_a_drive_that_is_far_too_strong(op):
+    """Its largest utilisation is as small as it is; where nothing can be checked there is none."""
+    rows = tuple(row for row in CHECKS if row.name == "gear maximum input speed")
+    strong = replace(op.drive, gear=replace(op.drive.gear, max_input_speed=1e5))
+    _, found, binding, lacking, used = judged(op, [strong], joint_series(op.demand), rows=rows)
+    assert found[0] == used[0, 0] == pytest.approx(op.figures.input_speed / 1e5) and binding[0] == 0
+    rows = tuple(row for row in CHECKS if row.name == "gear ratcheting in a jam")
+    _, found, binding, lacking, _ = judged(op, [strong], joint_series(op.demand), rows=rows)
+    assert (found[0], binding[0], lacking[0]) == (0.0, -1, -1)
 
 
 def test_magnets_that_grow_stronger_are_not_judged_cold(make):

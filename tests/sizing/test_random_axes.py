@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from one_axis import (
-    AMBIENT,
     BRAKE,
     COPPER,
     FRICTIONS,
@@ -46,10 +45,14 @@ STAGES = {
 }  # fmt: skip
 RUBBING = replace(FRICTIONS[0], load_share=0.03)
 RAMP, HARD = {"stop": Stop(ramp=0.35)}, {"stop": Stop(current=30.0)}
+COOL = {"resistance_housing_ambient": 0.9}  # K/W: a gear that stays colder than its law of drag ends
+BARE = {"friction": Friction(), "motor_friction": Friction()}
 KINDS = {  # changes of motor, gear, task and study
     "planetary": ({}, BEARING, RAMP, {}),
     "backwards": ({}, {"ratio": -50.0, "bearing_offset": 0.043}, HARD, {"cold_start": -15.0}),
     "drag": ({}, {"ratio": -60.0, **DRAG, **BEARING}, RAMP, {"cold_start": -4.0}),
+    "drag in cool air": (COOL, DRAG, RAMP, {"ambient": 5.0}),
+    "drag in cold air": (COOL, {"ratio": 45.0, **DRAG}, RAMP, {"ambient": -25.0}),
     "drag that is stopped": ({}, {"ratio": 60.0, **DRAG, "bearing_pitch_diameter": 0.1}, HARD,
                              {"cold_start": -4.0, "gear_temperature": 29.0}),
     "stages": ({}, {**STAGES, **BEARING}, {**RAMP, "friction": RUBBING}, {"gear_temperature": 33.0}),
@@ -58,11 +61,14 @@ KINDS = {  # changes of motor, gear, task and study
     "most torque at rest": ({}, {**DRAG, "holding": 1.0, "kind": "rv"}, {**RAMP, "friction": Friction(0.7)}, {}),
     "riding backwards": ({}, {"ratio": -45.0, "stiffness_1": 7e3}, {**HARD, "mount": Mount("child")}, {}),
     "two parts": ({}, {**DRAG, **BEARING}, RAMP, {"mixed": True}),
+    "two parts of a winding on its housing": (COOL | {"resistance_winding_housing": 0.05}, DRAG, RAMP,
+                                              {"mixed": True, "ambient": 5.0}),
     "factors below 1": ({}, BEARING, RAMP, {"safety": replace(SAFETY, peak_torque=0.7, life=None)}),
-    "next to nothing": ({}, BEARING, {
-        **RAMP, "friction": Friction(), "motor_friction": Friction(),}, {"size": 1e-4}),
-    "next to nothing is stopped": ({}, {}, {
-        **HARD, "friction": Friction(), "motor_friction": Friction()}, {"size": 1e-4, "cold_start": -15.0}),
+    "next to nothing": ({}, BEARING, {**RAMP, **BARE}, {"size": 1e-4}),
+    "next to nothing with drag": (COOL, DRAG, {**RAMP, **BARE}, {"size": 1e-4, "ambient": 5.0}),
+    "next to nothing is stopped": ({}, STAGES, {
+        "stop": Stop(current=3e-3), **BARE, "friction": Friction(load_share=0.03)}, {
+        "size": 1e-4, "cold_start": -15.0}),
 }  # fmt: skip
 
 
@@ -139,7 +145,7 @@ def phase_squares(op):
 
 def gear_temperature(op):
     """At which the drag is taken: as stated, else of cold air, else 20 C."""
-    return 20.0 if op.study.gear_temperature is None else op.study.gear_temperature
+    return min(op.study.ambient, 20.0) if op.study.gear_temperature is None else op.study.gear_temperature
 
 
 def test_torque(op):
@@ -217,7 +223,7 @@ def test_voltage_and_power(op):
     turn, time, hot = op.motor_speed, demand.time, op.winding_temperature
     _, starting = worked_out(op, gear_temperature(op))
     found, k = [], constant(motor, op.figures.magnet_temperature)
-    for magnets, winding in ((AMBIENT, AMBIENT), (op.figures.magnet_temperature, hot)):
+    for magnets, winding in ((op.study.ambient, op.study.ambient), (op.figures.magnet_temperature, hot)):
         volts = resistance(motor, winding) * torque + motor.inductance * rates(op)
         found += [constant(motor, magnets) * turn + volts / constant(motor, magnets) * one for one in (1.0, more)]
     found.append((more * resistance(motor, hot) * starting / k)[demand.at_rest])
@@ -229,7 +235,7 @@ def test_voltage_and_power(op):
     _, _, _, inertia, _ = part_of(op)
     free = (demand.gear_torque + rubbed(op.task.friction, demand.speed)) / op.drive.gear.ratio
     free = free + inertia * (op.drive.gear.ratio * demand.acceleration + demand.carrier_acceleration)
-    cold = free * turn + resistance(motor, AMBIENT) * (free / constant(motor, AMBIENT)) ** 2
+    cold = free * turn + resistance(motor, op.study.ambient) * (free / constant(motor, op.study.ambient)) ** 2
     np.testing.assert_allclose(op.judgement.power[1], np.minimum(drawn, cold), rtol=CLOSE, atol=1e-9)
     assert op.figures.mean_power == pytest.approx(mean(op, taken), rel=CLOSE)
     assert op.figures.energy == pytest.approx(mean(op, taken) * time[-1], rel=CLOSE)
@@ -252,7 +258,7 @@ def test_cold_start(op):
 def coldest(op):
     """Temperatures of the gear and of the magnets in a stop."""
     cold = math.inf if op.study.cold_start is None else op.study.cold_start
-    return min(gear_temperature(op), cold), min(cold, AMBIENT, 25.0)
+    return min(gear_temperature(op), cold), min(cold, op.study.ambient, 25.0)
 
 
 def ramped_stop(op):
@@ -294,7 +300,7 @@ def hard_stop(op):
         turn = ratio * speed
         rubs = rubbed(op.task.motor_friction, turn)
         seal, turning = drag(op, turn, warmth)
-        a, torque = stopped(30.0 * constant(motor, magnets), rubs + seal + turning, (driving, driven))
+        a, torque = stopped(op.task.stop.current * constant(motor, magnets), rubs + seal + turning, (driving, driven))
         share = 1.0
         if op.task.stop.rise and gear.stiffness_1:
             x = 0.5 * math.sqrt(gear.stiffness_1 * (1.0 / load + 1.0 / rotor)) * op.task.stop.rise
@@ -305,7 +311,7 @@ def hard_stop(op):
         if gear.stiffness_1:
             bound = abs(static) + abs(demand.gear_torque[t] - static) + abs(demand.speed[t]) * math.sqrt(stiff * load)
         largest = max(largest, min(max(begun, ended), bound) + stages * abs(a))
-        slowing = -way * stopped(30.0 * motor.torque_constant, rubs + seal, (1.0, 1.0))[0]
+        slowing = -way * stopped(op.task.stop.current * motor.torque_constant, rubs + seal, (1.0, 1.0))[0]
         longest = max(longest, 0.5 * speed**2 / slowing if slowing > 0.0 else math.inf)
     return onward * largest, holding, longest
 
@@ -355,11 +361,10 @@ def test_heat(op):
 
     lost = meshed + dragged * warm(gear_temperature(op))
     if op.study.gear_temperature is None and dragged > 0.0:
-        coil = square * resistance(motor, -10.0) / constant(motor, -10.0) ** 2
-        at = brentq(
-            lambda at: AMBIENT + outer * (coil + rubs + 0.6 * (meshed + dragged * warm(at))) - at, 0.0, 900.0,
-            xtol=1e-9,
-        )  # fmt: skip
+        cold = min(op.study.ambient, -10.0)
+        coil = square * resistance(motor, cold) / constant(motor, cold) ** 2
+        own = op.study.ambient + outer * (coil + rubs + 0.6 * meshed)
+        at = brentq(lambda at: own + outer * 0.6 * dragged * warm(at) - at, -100.0, 900.0, xtol=1e-9)
         lost = meshed + dragged * warm(at)
     assert op.figures.gear_loss == pytest.approx(lost, rel=1e-6)  # of a temperature to a millionth
     # Each part by itself on one housing; the resistance rises with what the winding is warmer than that.
@@ -371,7 +376,7 @@ def test_heat(op):
     slope = motor.resistance * COPPER / k**2
     copper = squares[:, 0] * resistance(motor, housing) / k**2 / (1.0 - inner * slope * squares[:, 0])
     ripple = 2e-2  # K: 1.5 s of 2e4 s
-    assert housing == pytest.approx(AMBIENT + outer * (shares @ copper + rubs + 0.6 * lost), abs=ripple)
+    assert housing == pytest.approx(op.study.ambient + outer * (shares @ copper + rubs + 0.6 * lost), abs=ripple)
     windings = housing + inner * copper
     assert op.figures.winding_temperature == pytest.approx(windings.max(), abs=ripple)
     assert op.figures.gear_temperature == max(housing, op.study.gear_temperature or -math.inf)

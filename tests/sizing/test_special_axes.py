@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from one_axis import AMBIENT, BRAKE, FRICTIONS, SAFETY, constant, random_axis, resistance, rubbed
+from one_axis import AMBIENT, BRAKE, COPPER, FRICTIONS, SAFETY, constant, random_axis, resistance, rubbed
 from scipy.optimize import brentq
 
 from drivetrain.drive.amplifier import Amplifier
@@ -17,10 +17,13 @@ CLOSE = 1e-9  # relative: the same sums in another order
 RPM = math.pi / 30.0
 
 
-@pytest.mark.parametrize("stop", [Stop(ramp=0.35), Stop(current=30.0)])
-def test_a_joint_that_never_moves(make, stop):
+STAGES = {"stage_driving": 1.06, "stage_driven": 0.94, "stage_inertia": 4e-6, "staged": 1.0, "inertia": 1e-5}
+
+
+@pytest.mark.parametrize(("stop", "stages"), [(Stop(ramp=0.35), {}), (Stop(current=30.0), STAGES)])
+def test_a_joint_that_never_moves(make, stop, stages):
     """It holds its load, without friction, for ever in one phase; nothing breaks loose and nothing stops."""
-    bearing = {"bearing_pitch_diameter": 0.11, "bearing_offset": 0.043, "bearing_dynamic_rating": 9e3}
+    bearing = {"bearing_pitch_diameter": 0.11, "bearing_offset": 0.043, "bearing_dynamic_rating": 9e3, **stages}
     op = random_axis(make, gear=bearing, task={"stop": stop}, moves=False)
     torque, figures, time = op.demand.gear_torque, op.figures, op.demand.time
     largest, k = np.abs(torque).max(), constant(op.drive.motor, op.figures.magnet_temperature)
@@ -41,6 +44,37 @@ def test_a_joint_that_never_moves(make, stop):
         2.0 * np.diff(time) @ mean / time[-1] / (50.0 * constant(hot.drive.motor, hot.figures.magnet_temperature)) ** 2
     )
     assert hot.figures.overload == pytest.approx(SAFETY.rms**2 * square / 9.0**2, rel=1e-5)
+
+
+def test_a_single_pose(make):
+    """Held for ever: every figure is that of its one sample, and one phase carries twice its share of the loss."""
+    op = random_axis(make, moves=False)
+    cycle = op.demand.cycle
+    names = ("time", "position", "velocity", "acceleration", "torque", "payload", "segment")
+    pose = replace(cycle, **{name: getattr(cycle, name)[:1] for name in names})
+    names = ("time", "position", "speed", "acceleration", "carrier_acceleration", "gear_torque", "payload", "wrench")
+    rows = {name: getattr(op.demand, name)[:1] for name in (*names, "load_inertia", "static_torque")}
+    one = replace(op, demand=replace(op.demand, cycle=pose, weights=np.zeros(1), **rows))
+    torque, figures, motor = abs(op.demand.gear_torque[0]) / 50.0, one.figures, op.drive.motor
+    k, mx, my, _, fx, fy, fz = constant(motor, figures.magnet_temperature), *op.demand.wrench[0]
+    wanted = {
+        "motor_torque": torque, "rms_torque": torque, "phase_torque": math.sqrt(2.0) * torque,
+        "rms_current": math.sqrt(2.0) * torque / k, "tilting_moment": math.hypot(mx, my),
+        "radial_load": math.hypot(fx, fy), "axial_load": abs(fz),
+        "holding_torque": abs(op.demand.static_torque[0]) / 50.0,
+        "inertia_ratio": op.demand.load_inertia[0] / 50.0**2 / (motor.rotor_inertia + 1e-6),
+    }  # fmt: skip
+    assert {name: figures[name] for name in wanted} == pytest.approx(wanted, rel=CLOSE)
+    # Losses of winding, coil and amplifier warm the housing; the phase that carries the amplitude is warmer yet.
+    switched = 2.0 * 0.02 * (torque / constant(motor, motor.max_winding_temperature)) ** 2
+    square, inner, outer = (torque / k) ** 2, motor.resistance_winding_housing, motor.resistance_housing_ambient
+    lost = square * resistance(motor, figures.winding_temperature)
+    housing = AMBIENT + outer * (lost + BRAKE.power + 0.35 * (switched + 5.0))
+    assert figures.housing_temperature == pytest.approx(housing, rel=1e-6)
+    assert figures.winding_temperature == pytest.approx(housing + inner * lost, rel=1e-6)
+    slope = motor.resistance * COPPER * square
+    rise = inner * lost / (1.0 - 2.0 * inner * slope)
+    assert figures.phase_temperature == pytest.approx(housing + inner * lost + rise, rel=1e-6)
 
 
 def test_the_overload_of_a_joint_that_moves(make):

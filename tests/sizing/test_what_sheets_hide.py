@@ -10,10 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from one_axis import SAFETY, constant, mean, random_axis, rates, resistance
+from one_axis import BRAKE, SAFETY, constant, mean, random_axis, rates, resistance
 from scipy.optimize import brentq
 
 from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.friction import Friction
 from drivetrain.sizing.judge.cases import power_allowance
 from drivetrain.study.model import Stop
 
@@ -31,6 +32,7 @@ KINDS = {  # changes of motor, gear, task and study
     "friction in a stop on a spring half known": (QUIET, {"stiffness_1": 5e3, "stiffness_2": 6e3}, HARD, {}),
     "friction in a stop on a softening spring": (QUIET, {**SPRING, "stiffness_3": 4e3}, HARD, {}),
     "friction in a stop of a mesh that locks": (QUIET, {"backdriving_efficiency": -0.2}, HARD, {}),
+    "friction in a stop of a mesh that nearly locks": (QUIET, {"backdriving_efficiency": 0.05}, HARD, {}),
     "friction that alone warms too much": (QUIET | {"max_winding_temperature": 36.0}, {}, HIDDEN, {}),
     "friction that leaves no current": (QUIET | {"max_winding_temperature": 42.5}, {}, HIDDEN, {}),
     "friction of a motor without a limit": (QUIET | {"max_winding_temperature": None}, {}, HIDDEN, {}),
@@ -58,6 +60,8 @@ KINDS = {  # changes of motor, gear, task and study
     "neither limit nor continuous current": (
         {"nominal_current": None, "max_winding_temperature": None}, {}, {}, {}),
     "inductance": ({"inductance": None}, {}, {}, {}),
+    "inductance of a joint that hardly holds": ({"inductance": None}, {}, {"friction": Friction()}, {
+        "size": 1e-4, "moves": False}),
     "inductance without a limit": ({"inductance": None, "max_winding_temperature": None}, {}, {}, {}),
 }  # fmt: skip
 
@@ -183,7 +187,7 @@ def test_allowances(op):
     if motor.inductance is None:
         weak = constant(motor, op.study.ambient if limit is None else limit)
         volts += more * 2e-3 * motor.resistance * np.abs(rates(op)).max() / weak
-    assert found.current == pytest.approx(current, rel=1e-8)
+    assert found.current == pytest.approx(current, rel=1e-8) and (found.overload == 0.0 or current > 0.0)
     assert found.rms_current == pytest.approx(rms, rel=1e-8)
     assert found.voltage == pytest.approx(volts, rel=1e-8)
     gear, stop = op.drive.gear, 0.0
@@ -210,6 +214,31 @@ def test_power_that_no_sheet_tells(op):
         wanted.append(found.torque * speed + lost + found.resistance * (amperes + found.current) ** 2)
     told = power_allowance(op.judgement.case.reshape(1))[0]
     np.testing.assert_allclose(told, wanted, rtol=1e-8)
+
+
+NOTHING = [  # a number that is not known, and next to nothing
+    ("motor", "rotor_inertia", 1e-30), ("gear", "inertia", 0.0), ("motor", "inductance", 1e-30),
+    ("brake", "power", 1e-30), ("amplifier", "standby_power", 0.0), ("amplifier", "on_resistance", 1e-30),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("part", "name", "least"), NOTHING)
+def test_what_is_not_known_counts_as_nothing(make, part, name, least):
+    """In the series that are told for information, and in figures whose allowance is told beside."""
+    ops = []
+    for value in (None, least):
+        changes = {one: {name: value} if one == part else {} for one in ("motor", "gear", "brake", "amplifier")}
+        row = {"peak_current": 40.0, "continuous_current": 9.0, "on_resistance": 0.02, "standby_power": 5.0}
+        task = {"amplifier": Amplifier(**row | changes["amplifier"])}
+        brake = replace(BRAKE, inertia=0.0, **changes["brake"])
+        ops.append(random_axis(make, changes["motor"], changes["gear"], task, brake=brake))
+    one, other = ops
+    np.testing.assert_allclose(one.motor_torque, other.motor_torque, rtol=1e-9)
+    np.testing.assert_allclose(one.judgement.power, other.judgement.power, rtol=1e-9, atol=1e-12)
+    assert one.figures.stop_torque == pytest.approx(other.figures.stop_torque, rel=1e-9)
+    assert one.figures.housing_temperature == pytest.approx(other.figures.housing_temperature, rel=1e-9)
+    if not one.missing:
+        assert one.figures.voltage == pytest.approx(other.figures.voltage, rel=1e-9)
 
 
 def test_hidden_friction_in_the_overload_of_an_amplifier(make):
