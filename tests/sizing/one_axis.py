@@ -50,22 +50,37 @@ def axis(make, motor=None, gear=None, cycle=None, task=None, demand=None, **chan
     return Operation(replace(asked.demand(drive), **demand or {}), drive, study, 0)
 
 
-def random_axis(make, motor=None, gear=None, task=None, mixed=False, moves=True, size=1.0, brake=BRAKE, **changes):
+def random_axis(
+    make,
+    motor=None,
+    gear=None,
+    task=None,
+    mixed=False,
+    moves=True,
+    size=1.0,
+    pace=1.0,
+    held=0.0,
+    brake=BRAKE,
+    **changes,
+):
     """One joint with a motion and loads that fit no mechanism: every series has numbers of its own.
 
     It rests at the ends, at a sample alone, and for a while; stops on a ramp have states of their own. ``motor``,
     ``gear`` and ``task``: changes of a winding that follows no cycle, a brake, losses of everything. ``mixed``: two
-    parts, of which the second is used for most of the time. ``size``: a factor on speeds and loads.
+    parts, of which the second is used for most of the time. ``size`` and ``pace``: factors
+    on speeds and loads, and on the time. ``held``: torque at a sample that rests [N m]; 0: as any other.
     """
     rng, samples = np.random.default_rng(7), 16
-    time = np.append(0.0, np.cumsum(rng.uniform(0.05, 0.15, samples - 1)))
+    time = pace * np.append(0.0, np.cumsum(rng.uniform(0.05, 0.15, samples - 1)))
     speed, acceleration = 3.0 * rng.normal(size=samples), 20.0 * rng.normal(size=samples)
     moves = size * moves
     speed[[0, 5, 8, 9, 10, -2, -1]] = acceleration[[8, 9, 10]] = 0.0
     acceleration[4:7], speed[[4, 6]] = [7.0, 9.0, 8.0], [-2.0, 1.5]  # turns with losses of where it goes
     parts = slice(0, 9), slice(9, samples)
     time[9:] -= mixed * (time[9] - time[8])  # one part after the other
-    cycle = make.table_cycle(time, 9.0 * size * rng.normal(size=samples), moves * speed, moves * acceleration)
+    torque = 9.0 * size * rng.normal(size=samples)
+    torque[9] = held or torque[9]
+    cycle = make.table_cycle(time, torque, moves * speed, moves * acceleration)
     if mixed:
         cycle = replace(cycle, parts=parts, shares=(0.3, 0.7), part_names=("a", "b"))
     stops = size * rng.normal(size=(4, 9)) * [[12.0], [2.0], [15.0], [4.0]]

@@ -181,10 +181,11 @@ def test_loads_of_the_drives_themselves(make, asked):
     op = random_axis(make, task=task, safety=safety, **wish)
     demand, rng, drives = op.demand, np.random.default_rng(5), drives_of(op)[:1] * 3
     samples, states = len(demand.time), len(demand.stop.torque)
+    count = 1 if asked == "stop" else 2
     rows = UnitLoads(
-        *(rng.normal(size=(2, *shape)) for shape in ((samples,), (6, samples), (samples,), (states,), (samples,)))
+        *(rng.normal(size=(count, *shape)) for shape in ((samples,), (6, samples), (samples,), (states,), (samples,)))
     )
-    amounts = rng.uniform(0.1, 0.4, (3, 2))
+    amounts = rng.uniform(0.1, 0.4, (3, count))
     cases, *_, used = judged(op, drives, joint_series(demand, rows), amounts)
     names = {"bearing": ["tilting_moment", "radial_load", "axial_load"], "brake": ["holding_torque"],
              "resonance": ["required_stiffness"], "ratio": ["inertia_ratio"]}  # fmt: skip

@@ -11,6 +11,7 @@ from one_axis import AMBIENT, BRAKE, COPPER, FRICTIONS, SAFETY, constant, random
 from scipy.optimize import brentq
 
 from drivetrain.drive.amplifier import Amplifier
+from drivetrain.drive.friction import Friction
 from drivetrain.study.model import StiffnessWish, Stop
 
 CLOSE = 1e-9  # relative: the same sums in another order
@@ -131,6 +132,21 @@ def test_a_stop_that_loads_the_gear_no_more_than_a_cycle_may(make, share):
 def test_a_current_that_does_not_stop_the_load(make):
     op = random_axis(make, task={"stop": Stop(current=0.5)})
     assert op.figures.stop_travel == math.inf and op.figures.stop_torque < math.inf
+
+
+def test_a_load_that_stops_by_itself(make):
+    """It is lifted from every state, so all of its weight brakes, beside the current, through a gear without losses."""
+    op = random_axis(make, task={"stop": Stop(current=0.5), "motor_friction": Friction()})
+    speed, zero = op.demand.speed, np.zeros(len(op.demand.time))
+    lifted, inertia = (12.0 + np.abs(op.demand.gear_torque)) * np.sign(speed), 0.02 + zero
+    demand = replace(
+        op.demand, gear_torque=lifted, load_inertia=inertia, acceleration=zero, carrier_acceleration=zero
+    )  # fmt: skip
+    moving, motor = speed != 0.0, op.drive.motor
+    whole = 0.02 + 50.0**2 * (motor.rotor_inertia + op.drive.gear.inertia)
+    slowing = (50.0 * motor.torque_constant * 0.5 + np.abs(lifted[moving])) / whole
+    travel = (0.5 * speed[moving] ** 2 / slowing).max()
+    assert replace(op, demand=demand).figures.stop_travel == pytest.approx(travel, rel=CLOSE)
 
 
 def test_an_inertia_ratio_without_that_of_the_gear(make):

@@ -241,13 +241,14 @@ def test_what_is_not_known_counts_as_nothing(make, part, name, least):
         assert one.figures.voltage == pytest.approx(other.figures.voltage, rel=1e-9)
 
 
-def test_hidden_friction_in_the_overload_of_an_amplifier(make):
-    """As much more as a factor on the current that adds the same amperes."""
+@pytest.mark.parametrize("nominal", [6.0, 0.3])
+def test_hidden_friction_in_the_overload_of_an_amplifier(make, nominal):
+    """As much more as a factor on the current that adds the same amperes, many or few."""
     amplifier = Amplifier(peak_current=40.0, continuous_current=4.3, peak_time=1.2)
-    task = {"motor_friction": None, "amplifier": amplifier}
-    op = random_axis(make, QUIET, {}, task)
+    motor, task = QUIET | {"nominal_current": nominal}, {"motor_friction": None, "amplifier": amplifier}
+    op = random_axis(make, motor, task=task)
     found, grown = op.judgement.case.allowance, 1.0 + op.judgement.case.allowance.current / op.figures.motor_current
-    stronger = random_axis(make, QUIET, {}, task, safety=replace(SAFETY, rms=SAFETY.rms * grown))
+    stronger = random_axis(make, motor, task=task, safety=replace(SAFETY, rms=SAFETY.rms * grown))
     assert 0.0 < op.figures.overload < stronger.figures.overload < math.inf
     assert found.overload == pytest.approx(stronger.figures.overload - op.figures.overload, rel=CLOSE)
 
