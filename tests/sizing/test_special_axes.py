@@ -38,6 +38,8 @@ def test_a_joint_that_never_moves(make, stop, stages):
         "bearing_life": math.inf,
     }  # fmt: skip
     assert {name: figures[name] for name in wanted} == pytest.approx(wanted, rel=CLOSE)
+    mirrored = replace(op, demand=replace(op.demand, gear_torque=-torque))
+    assert mirrored.figures.load_torque == pytest.approx(largest, rel=CLOSE)
     amplifier = Amplifier(peak_current=40.0, continuous_current=9.0, thermal_time_constant=1e6)
     hot = random_axis(make, task={"stop": stop, "amplifier": amplifier}, moves=False)
     mean = (torque[:-1] ** 2 + torque[:-1] * torque[1:] + torque[1:] ** 2) / 3.0
