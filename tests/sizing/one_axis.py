@@ -51,27 +51,21 @@ def axis(make, motor=None, gear=None, cycle=None, task=None, demand=None, **chan
 
 
 def random_axis(
-    make,
-    motor=None,
-    gear=None,
-    task=None,
-    mixed=False,
-    moves=True,
-    size=1.0,
-    pace=1.0,
-    held=0.0,
-    brake=BRAKE,
-    **changes,
-):
+    make, motor=None, gear=None, task=None, mixed=False, moves=True, size=1.0, pace=1.0, held=0.0, gives_back=False,
+    brake=BRAKE, **changes,
+):  # fmt: skip
     """One joint with a motion and loads that fit no mechanism: every series has numbers of its own.
 
     It rests at the ends, at a sample alone, and for a while; stops on a ramp have states of their own. ``motor``,
     ``gear`` and ``task``: changes of a winding that follows no cycle, a brake, losses of everything. ``mixed``: two
     parts, of which the second is used for most of the time. ``size`` and ``pace``: factors
     on speeds and loads, and on the time. ``held``: torque at a sample that rests [N m]; 0: as any other.
+    ``gives_back``: the load drives the motor in every stop on a ramp.
     """
     rng, samples = np.random.default_rng(7), 16
-    time = pace * np.append(0.0, np.cumsum(rng.uniform(0.05, 0.15, samples - 1)))
+    step = rng.uniform(0.05, 0.15, samples - 1)
+    step[[7, 10]] *= 5.0  # beside a rest, which then is a small share of the time around its ends
+    time = pace * np.append(0.0, np.cumsum(step))
     speed, acceleration = 3.0 * rng.normal(size=samples), 20.0 * rng.normal(size=samples)
     moves = size * moves
     speed[[0, 5, 8, 9, 10, -2, -1]] = acceleration[[8, 9, 10]] = 0.0
@@ -84,9 +78,12 @@ def random_axis(
     if mixed:
         cycle = replace(cycle, parts=parts, shares=(0.3, 0.7), part_names=("a", "b"))
     stops = size * rng.normal(size=(4, 9)) * [[12.0], [2.0], [15.0], [4.0]]
+    if gives_back:
+        stops[0] = -np.sign(stops[1]) * np.abs(stops[0])
     demand = {
         "wrench": size * rng.normal(size=(samples, 6)) * [30, 25, 20, 200, 150, 120],
-        "load_inertia": size * rng.uniform(0.2, 0.9, samples), "static_torque": 6.0 * size * rng.normal(size=samples),
+        "load_inertia": abs(size) * rng.uniform(0.2, 0.9, samples),
+        "static_torque": 6.0 * size * rng.normal(size=samples),
         "carrier_acceleration": moves * 5.0 * rng.normal(size=samples),
     }  # fmt: skip
     amplifier = Amplifier(peak_current=40.0, continuous_current=9.0, standby_power=5.0, on_resistance=0.02)

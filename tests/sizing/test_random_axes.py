@@ -58,6 +58,8 @@ KINDS = {  # changes of motor, gear, task and study
     "stages": ({}, {**STAGES, **BEARING}, {**RAMP, "friction": RUBBING}, {"gear_temperature": 33.0}),
     "stages that are stopped": ({}, {**STAGES, "stiffness_1": 7e3}, {
         "stop": Stop(current=30.0, rise=0.006), "friction": RUBBING, "mount": Mount("child")}, {}),
+    "stages that are stopped the other way": ({}, STAGES, {**HARD, "friction": RUBBING}, {"size": -1.0}),
+    "a load that gives back": ({}, {"efficiency": 0.6}, {**RAMP, **BARE}, {"gives_back": True}),
     "most torque at rest": ({}, {**DRAG, "holding": 1.0, "kind": "rv"}, {**RAMP, "friction": Friction(0.7)}, {}),
     "riding backwards": ({}, {"ratio": -45.0, "stiffness_1": 7e3}, {**HARD, "mount": Mount("child")}, {}),
     "two parts": ({}, {**DRAG, **BEARING}, RAMP, {"mixed": True}),

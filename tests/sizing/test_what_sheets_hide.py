@@ -174,6 +174,8 @@ def test_allowances(op):
     current = friction / constant(motor, hottest)
     volts = more * resistance(motor, hottest) * current
     unknown = 0.0 if known else max(WARMEST - (motor.max_winding_temperature or op.study.ambient), 0.0)
+    if motor.winding_time_constant is not None or not known:
+        assert found.winding_temperature == pytest.approx(rise, rel=1e-8)
     warmer = resistance(motor, rise + unknown) - resistance(motor, 0.0)
     assert found.resistance == pytest.approx(warmer, rel=1e-8)
     current += peak * abs(motor.magnet_coefficient) * rise
