@@ -90,6 +90,10 @@ class Law:
         """Address of the compiled function."""
         return int(self._library.address)
 
+    def __call__(self, *given: Any) -> None:
+        """The law uncompiled, on records or on any objects with their fields, such as the dataclasses of both."""
+        self._function(*given)
+
 
 def joint_law(described: type) -> Callable[[Callable[..., None]], Law]:
     """A law of one joint, ``(t, h, own, joint)``."""

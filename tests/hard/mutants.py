@@ -6,8 +6,8 @@
     python tests/hard/mutants.py rate FILE ...                  the table of docs/trust.md
 
 Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
-Effects, the engines of simulation, the bounds of the search and identification would take too long so: they are
-compiled, with nothing taken from the disk cache that the mutant is part of.
+The bounds of the search and identification would take too long so: they are compiled, with nothing taken from the disk
+cache that the mutant is part of.
 A mutant meets the tests that call its function, one row of each first.
 """
 
@@ -32,18 +32,20 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PACKAGE = ROOT / "drivetrain"
-PLAIN = ("drive", "dynamics/core", "sizing/judge", "solvers", "control/laws.py")
-COMPILED = ("effects", "simulation/core", "simulation/engines", "sizing/search/bounds.py", "identification")
-PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard")
+PLAIN = ("drive", "dynamics/core", "sizing/judge", "solvers", "control/laws.py", "effects", "simulation/core",
+         "simulation/engines")  # fmt: skip
+COMPILED = ("sizing/search/bounds.py", "identification")
+PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard", "effects",
+               "simulation")  # fmt: skip
 COMPILED_TESTS = (
-    "effects", "simulation", "hard", "accuracy", "identification", "sizing/test_evaluate.py",
+    "hard", "accuracy", "identification", "sizing/test_evaluate.py",
     "sizing/test_missing_data.py", "sizing/test_supply_checks.py", "sizing/test_gear_heat.py",
     "sizing/test_brakes.py", "sizing/test_stops.py", "sizing/test_amplifiers.py",
     "sizing/test_stiffness_checks.py", "sizing/test_bounds.py",
 )  # fmt: skip
 LAWS = ("law", "kernel", "part", "exact", "fast", "command", "joint_law", "table_law", "scene_law")
 WHOLE = ("effects/control/", "effects/friction/", "effects/gear/", "effects/loads/", "effects/motor/",
-         "identification/", "simulation/engines/starting.py")  # all of whose functions count  # fmt: skip
+         "identification/", "simulation/core/", "simulation/engines/")  # all of whose functions count  # fmt: skip
 SHOWN = ("__post_init__", "ports", "lines", "describe", "faults")  # declarations and messages
 TABLE = "sizing/judge/checks.py"
 OF_THE_TABLE = ("test_the_law_in_a_table", "test_every_check_has_the_factor_of_its_kind")  # tests that only read it
@@ -386,8 +388,6 @@ def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, f
         found = calling(lambda call: call.startswith(f"{inside}:"))
     if inside == RUNNING:
         found = [(name, 0.0) for name in told if name.endswith(OF_THE_TABLE)] + found
-    if not found and inside.startswith("simulation/core/"):
-        found = calling(lambda call: call.startswith("simulation/engines/fixed_step.py:FixedStep.run"))
     chosen, spent = [], 0.0
     for name, seconds in found:
         if spent + seconds > PER_MUTANT and chosen:

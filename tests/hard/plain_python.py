@@ -25,8 +25,8 @@ FUNCTIONS: dict[int, Any] = {}  # by the address that stands for them
 ADDRESSES = count(16, 16)
 
 
-class Record(np.record):
-    """A record whose fields come before what numpy has under their names, as ``size``: see ``with_attributes``."""
+def _field(name: str) -> property:
+    return property(lambda record: record[name], lambda record, value: record.__setitem__(name, value))
 
 
 @cache
@@ -36,13 +36,12 @@ def with_attributes(dtype: Any) -> Any:
         return np.dtype((with_attributes(dtype.subdtype[0]), dtype.shape))
     if dtype.names is None:
         return dtype
-    for name in set(dtype.names) & set(dir(np.record)):
-        setattr(Record, name, property(lambda self, name=name: self[name]))
     inner = {
         "names": dtype.names, "formats": [with_attributes(dtype.fields[name][0]) for name in dtype.names],
         "offsets": [dtype.fields[name][1] for name in dtype.names], "itemsize": dtype.itemsize,
     }  # fmt: skip
-    return np.dtype((Record, inner))
+    # A class of its own: its fields come before what numpy has under their names, as ``size``.
+    return np.dtype((type("Record", (np.void,), {name: _field(name) for name in dtype.names}), inner))
 
 
 def dtype_of(*given: Any, **options: Any) -> Any:

@@ -12,8 +12,8 @@ from drivetrain.simulation.engines.engine import Engine
 
 MOTOR = dt.Motor(key="m", resistance=0.299, torque_constant=0.0302, inductance=82e-6)
 GEAR = dt.Gear("g", 100.0, stiffness_1=2e4, torque_1=5.0, stiffness_2=3e4)
-WEIGHT, PLACE = 12.0, 0.4
-TIME = np.array([0.0, 0.5])
+WEIGHT, PLACE, DURATION = 12.0, 0.4, 0.05
+TIME = np.array([0.0, DURATION])
 STAY = dt.CommandedMotion(
     dt.Motion("stay", ("joint",), TIME, np.full((2, 1), PLACE), np.zeros((2, 1)), np.zeros((2, 1)))
 )
@@ -34,7 +34,7 @@ DRIVES: dict[str, list[Effect]] = {
 def scene(effects: list[Effect], position: float | None = PLACE, rotor: float = 3e-5) -> dt.Scene:
     own = {"joint": (*effects, dt.FullRotor(rotor, 100.0)), "scene": (STAY,)}
     body = dt.Inertia(1.2, weight=WEIGHT)
-    return dt.Scene(body, own, 0.5, None if position is None else np.array([position]), np.zeros(1))
+    return dt.Scene(body, own, DURATION, None if position is None else np.array([position]), np.zeros(1))
 
 
 @pytest.mark.parametrize("engine", [dt.FixedStep(), dt.AdaptiveStep()])
@@ -76,7 +76,7 @@ def test_a_loop_without_integrator_hangs_by_load_over_stiffness(loop: Effect) ->
 
 def test_a_joint_without_a_given_position_starts_where_its_loop_holds_it() -> None:
     effects = [dt.PositionLoop(900.0, 60.0, 0.0302), dt.MotorCurrent(MOTOR), dt.FullRotor(3e-5, 100.0), STAY]
-    run = dt.simulate(dt.joint_scene(dt.Inertia(1.2, weight=WEIGHT), effects, 0.5))
+    run = dt.simulate(dt.joint_scene(dt.Inertia(1.2, weight=WEIGHT), effects, DURATION))
     link = run["joint.position"][0]
     assert PLACE - link == pytest.approx(WEIGHT * np.cos(link) / 900.0, rel=1e-6)
     np.testing.assert_allclose(run["joint.position"], link, atol=1e-7)
@@ -88,7 +88,7 @@ def test_joints_of_an_arm_hold_one_another() -> None:
     motion = dt.Motion("stay", names, TIME, place, np.zeros((2, 2)), np.zeros((2, 2)))
     drive = (dt.CascadeLoop(20.0, 5.0, 0.1), dt.MotorCurrent(MOTOR))
     effects = {**dict.fromkeys(names, drive), "scene": (dt.CommandedMotion(motion),)}
-    run = dt.simulate(dt.Scene(arm, effects, 0.5))
+    run = dt.simulate(dt.Scene(arm, effects, DURATION))
     wanted = dt.gravity_torque(arm, place[0]) / 10.0 / 0.0302
     for i, name in enumerate(names):
         np.testing.assert_allclose(run[f"{name}.current"], wanted[i], rtol=1e-6)
@@ -124,7 +124,7 @@ def test_given_states() -> None:
 def test_a_digital_computed_torque_holds_before_its_first_sample_is_given_out(delay: int) -> None:
     controller = dt.SampledComputedTorque(40.0, (("joint", 0.0302),), delay=delay)
     held = scene([dt.Encoder(), dt.MotorCurrent(MOTOR)])
-    held = dt.Scene(held.body, held.effects | {"scene": (STAY, controller)}, 0.5, np.array([PLACE]), np.zeros(1))
+    held = dt.Scene(held.body, held.effects | {"scene": (STAY, controller)}, DURATION, np.array([PLACE]), np.zeros(1))
     run = dt.simulate(held)
     np.testing.assert_allclose(run["joint.current"], HOLDING, rtol=1e-6)
     np.testing.assert_allclose(run["joint.position"], PLACE, atol=1e-9)
