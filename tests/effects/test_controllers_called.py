@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from called_laws import COUPLED, PLACE, Called, joint_at, world_at
+from numpy.polynomial import Polynomial
 from scipy.interpolate import BPoly
 
 from drivetrain.drive.friction import Friction
@@ -153,6 +154,8 @@ def test_computed_torque_of_two_joints(shafts: tuple[int, ...]) -> None:
     np.testing.assert_allclose(effect.table(coupled), [[-0.625, -0.025, 1.0], [1.0 / 3.0, 1.0 / 60.0, 1.0]])
     with pytest.raises(InputError, match="must be positive for b"):
         ComputedTorque(20.0, (("a", 0.04), ("b", 0.0))).table(TWO)
+    with pytest.raises(InputError, match="must be positive for b"):
+        ComputedTorque(20.0, (("a", 0.04),)).table(TWO)
 
 
 @pytest.mark.parametrize("delay", [0, 1, 2])
@@ -252,6 +255,19 @@ def test_shafts_of_coupled_motors_are_commanded_as_they_turn() -> None:
     assert commanded(effect, 0.31)[0].shaft_command.position == 0.0
 
 
+def test_commands_bend_where_their_jerk_jumps() -> None:
+    """Polynomials of the fifth degree, to which cubes are added from 0.7 s and from 1.1 s on."""
+    time = np.array([0.0, 0.1, 0.25, 0.7, 0.8, 1.1, 1.5, 1.6])
+    rng, places = np.random.default_rng(5), []
+    for begin, size in ((0.7, 0.4), (1.1, -0.02)):
+        whole, cube = Polynomial(rng.normal(size=6)), Polynomial([0.0, 0.0, 0.0, size])
+        places.append([whole.deriv(k)(time) + cube.deriv(k)(np.maximum(time - begin, 0.0)) for k in range(3)])
+    motion = Motion("m", ("a", "b"), 3.0 + time, *np.transpose(places, (1, 2, 0)))
+    once = np.array([0.0, 0.7, 1.1, 1.6])
+    assert CommandedMotion(motion, 2).knots(1e-9) == pytest.approx([*once, *1.6 + once])
+    assert CommandedMotion(motion).knots(0.9) == pytest.approx([0.0, 1.6])  # no jump is that large
+
+
 # --- where effects start, and what else they tell
 
 
@@ -269,8 +285,9 @@ def test_loops_start_with_the_current_that_holds() -> None:
     assert stiff.start(PLACE, known(4.5, 2.0)) == (0.0,)
     assert integral.sag(PLACE, known(4.5, 2.0)) == 0.0 and CascadeLoop(0.0, 0.04).sag(PLACE, known(4.5, 2.0)) == 0.0
     assert stiff.sag(PLACE, known(4.5, 2.0)) == pytest.approx(2.5)
-    loop = PositionLoop(900.0, 55.0, K)
-    assert loop.sag(PLACE, known(4.5, 2.0)) == pytest.approx(2.5 / 900.0 * K * RATIO**2)
+    for stiffness in (900.0, 3.0):
+        loop = PositionLoop(stiffness, 55.0, K)
+        assert loop.sag(PLACE, known(4.5, 2.0)) == pytest.approx(2.5 / stiffness * K * RATIO**2)
     assert PositionLoop(0.0, 55.0, K).sag(PLACE, known(4.5, 2.0)) == 0.0
     sampled = SampledCascade(25.0, 0.04, 0.03, 3.0, 2e-3, 2)
     moving = known(4.5, 2.0, measured_position=-11.0, motor_speed=50.0)
@@ -319,6 +336,7 @@ def seconds(effect: Effect) -> dict[str, float]:
 def test_time_scales() -> None:
     scales: tuple[tuple[Effect, dict[str, float]], ...] = (
         (PositionLoop(900.0, 55.0, K), {"error decays": 55.0 / 900.0}), (PositionLoop(0.0, 55.0, K), {}),
+        (PositionLoop(0.02, 55.0, K), {"error decays": 2750.0}), (CascadeLoop(0.02, 0.04), {"position loop": 50.0}),
         (CascadeLoop(25.0, 0.04, 0.03), {"position loop": 0.04, "integral": 0.03}), (CascadeLoop(0.0, 0.04), {}),
         (SampledCascade(25.0, 0.04, every=2e-3), {"servo sample": 2e-3}),
         (SampledComputedTorque(20.0, (), 5e-3), {"servo sample": 5e-3}),

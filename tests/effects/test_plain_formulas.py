@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.polynomial import Polynomial
 
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.friction.dry_friction import DryFriction
 from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
@@ -32,7 +30,6 @@ from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import InputError
-from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
@@ -196,19 +193,6 @@ def test_a_rigid_joint_on_a_belt_has_no_friction_behind_its_gear() -> None:
     scene = joint_scene(Inertia(0.3), [ReflectedRotor(3e-5, 50.0), MovingBelt(BELT), DryFriction(SHAFT, "motor")], 1.0)
     with pytest.raises(InputError, match="rubs behind the gear of a rigid joint"):
         simulate(scene)
-
-
-def test_commands_bend_where_their_jerk_jumps() -> None:
-    """Polynomials of the fifth degree, to which cubes are added from 0.7 s and from 1.1 s on."""
-    time = np.array([0.0, 0.1, 0.25, 0.7, 0.8, 1.1, 1.5, 1.6])
-    rng, places = np.random.default_rng(5), []
-    for begin, size in ((0.7, 0.4), (1.1, -0.02)):
-        whole, cube = Polynomial(rng.normal(size=6)), Polynomial([0.0, 0.0, 0.0, size])
-        places.append([whole.deriv(k)(time) + cube.deriv(k)(np.maximum(time - begin, 0.0)) for k in range(3)])
-    motion = Motion("m", ("a", "b"), 3.0 + time, *np.transpose(places, (1, 2, 0)))
-    once = np.array([0.0, 0.7, 1.1, 1.6])
-    assert CommandedMotion(motion, 2).knots(1e-9) == pytest.approx([*once, *1.6 + once])
-    assert CommandedMotion(motion).knots(0.9) == pytest.approx([0.0, 1.6])  # no jump is that large
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -298,7 +298,9 @@ class _Trials:
         with os.fdopen(read, encoding="utf-8") as told:
             begun = told.read().splitlines()
         os.waitpid(child, 0)
-        return None if not begun or begun[-1] == "passed" else begun[-1]
+        if not begun:
+            raise RuntimeError("the mutant could not be made")
+        return None if begun[-1] == "passed" else begun[-1]
 
     def run(self, asked: list[tuple[Any, float]], change: Callable[[], None], told: int) -> None:
         from _pytest.runner import runtestprotocol
@@ -309,6 +311,7 @@ class _Trials:
         _silence()
         signal.signal(signal.SIGPROF, stop)
         change()
+        os.write(told, b"passed\n")
         for item, seconds in asked:
             os.write(told, f"{item.nodeid}\n".encode())
             signal.setitimer(signal.ITIMER_PROF, 4.0 * seconds + 4.0 + self.extra)
@@ -331,7 +334,7 @@ def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
     holder: Any = module
     for part in name.split("."):
         holder = vars(holder)[part]
-    found = next(one for one in _functions_in(holder) if isinstance(one, FunctionType))
+    found = _function_in(holder)
     found.__code__ = code
     if bare.args.defaults:
         defaults = ast.Expression(ast.Tuple(bare.args.defaults, ast.Load()))
@@ -340,12 +343,13 @@ def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
         _without_cache(path)
 
 
-def _functions_in(holder: Any) -> Iterator[Any]:
-    """What a decorator has wrapped."""
-    yield holder
-    for name in ("py_func", "fget", "func", "__wrapped__", "_function", "__func__"):
-        if (inner := getattr(holder, name, None)) is not None:
-            yield inner
+def _function_in(holder: Any) -> FunctionType:
+    """The function that decorators have wrapped, one after another."""
+    names = ("py_func", "fget", "func", "__wrapped__", "_function", "__func__")
+    while (inner := next((getattr(holder, name) for name in names if hasattr(holder, name)), None)) is not None:
+        holder = inner
+    assert isinstance(holder, FunctionType)
+    return holder
 
 
 def _without_cache(path: Path) -> None:
