@@ -63,11 +63,17 @@ SYMBOLS = """
 | n, n_rated, T_rated, L_rated, e | input speed, rated input speed, rated torque, rated life, exponent of the life |
 | phi(T), U(T) | wind-up of the gear under the torque T, and its elastic energy |
 | i, kt, R, L | current, torque constant, resistance and inductance of the winding |
+| kt(magnets), kt(cold) | torque constant at the temperature of the magnets; at that of a cold start |
+| t | duration of an interval of the cycle in sums; duration of the ramp in a stop on a ramp |
+| N | permitted number of waves of the flexspline under momentary peaks |
 | I_p, I_c, t_p | peak current, continuous current and time at peak current of the amplifier |
 | Fr, Fa, M, dp | radial force, axial force and tilting moment on the output bearing; its pitch diameter |
 | C, C0, fw | dynamic rating, static rating, load factor of the output bearing |
+| P, P0 | in checks of the output bearing: its dynamic and static equivalent load |
+| V, E, C | in checks of the supply: voltage, energy and capacitance of the bus |
 | q, M, h, tau | in checks of the arm: joint positions, mass matrix, bias torques, joint torques |
-| J, K | in checks of the arm: Jacobian of the tip, stiffness of the gears |
+| J, K, w, b | in checks of the arm: Jacobian of the tip, stiffness of the gears, angular frequency, backlash |
+| K1 to K3 | stiffness of a gear in the three sections of its torque |
 | P, R | in a stop: torque of motor, drag and brake at the gear's output; torque that accelerates the rotor |
 """
 
@@ -79,6 +85,7 @@ the data of its study call for. Other effects are added
 - by name in a study: `simulation: {add: [{effect: Cogging, joint: elbow, amplitudes: [5 mN m], orders: [84]}]}`
 - in Python, in SI units: `dt.effects.Cogging(...)`
 
+Units of the parameters are in the docstrings, for example `help(dt.effects.Cogging)`.
 An effect of your own takes one file: see [adding an effect](add_one.md#an-effect-of-the-simulation).
 `python docs/tables.py` generates this page from the classes in `drivetrain/effects/`.
 

@@ -35,7 +35,7 @@ from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 
 MATTERS, TIP_MATTERS = 2e-3, 1e-3  # of a quantity, and rad or m: no decision rests on less
 FINE = 1e-4  # s, of the runs that measure
-QUANTITIES = ("peak current", "RMS current", "RMS torque", "winding's rise", "tip")
+QUANTITIES = ("peak current", "RMS current", "RMS torque", "winding temperature rise", "tip")
 
 Rng = np.random.Generator
 

@@ -305,7 +305,7 @@ def test_coupled_friction() -> list[Figure]:
         figures.append(Figure("speed at the end", speed, at_most=0.0, unit="rad/s"))
         events += [len(run.events) for run in runs]
     naive = max(map(reselecting_events, starts))
-    said = "200 in no time" if naive >= 200 else ""
+    said = "200 events without progress in time" if naive >= 200 else ""
     return [
         *figures,
         Figure("largest number of events", float(max(events)), float(naive), naive_says=said, at_most=10.0),
