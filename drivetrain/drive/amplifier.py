@@ -339,12 +339,6 @@ def overload_allows(amplifier: Any, overload: Any, step: Any) -> Any:
     return 1.0 + (overload_room(amplifier) - overload) / step
 
 
-@law(fastmath=FAST)
-def mean_square_after(series: Any, t: Any) -> Any:
-    """Mean square of a series between a sample and the next one; the last sample is held."""
-    return mean_square(series[t], series[min(t + 1, len(series) - 1)])
-
-
 class OverloadCycle(NamedTuple):
     """Overload during one cycle, as ``overload_after`` counts it."""
 
@@ -354,10 +348,19 @@ class OverloadCycle(NamedTuple):
 
 @law
 def overload_cycle(amplifier: Any, series: Any, over: Any, step: Any, overload: Any) -> Any:
-    """Overload during one cycle; ``overload``: before it, ``over``: factor on the squares of the series."""
-    most = overload
+    """Overload during one cycle; ``overload``: before it, ``over``: factor on the squares of the series.
+
+    A step in which the current passes the continuous one counts in two parts: the overload is largest between them.
+    """
+    most, continuous = overload, 1.0 / math.sqrt(over)
     for t in range(len(step)):
-        overload = overload_after(amplifier, overload, over * mean_square_after(series, t), step[t])
+        first, last, until = series[t], series[min(t + 1, len(series) - 1)], 0.0  # the last sample is held
+        if (abs(first) > continuous) != (abs(last) > continuous):
+            edge = math.copysign(continuous, first if abs(first) > continuous else last)
+            until = step[t] * (edge - first) / (last - first)
+            overload = overload_after(amplifier, overload, over * mean_square(first, edge), until)
+            most, first = max(most, overload), edge
+        overload = overload_after(amplifier, overload, over * mean_square(first, last), step[t] - until)
         most = max(most, overload)
     return OverloadCycle(most, overload)
 
@@ -403,15 +406,14 @@ def overload_share(amplifier: Any, series: Any, scale: Any, step: Any, edges: An
 @law(fastmath=FAST)
 def squares_of(series: Any, over: Any, step: Any) -> Any:
     """Integral of a factor times the square of a series that is linear over each step [s], total length [s], and how
-    many steps have a mean above 1; the last sample is held.
+    many samples have a square above 1; the last sample is held.
     """
     before, after, last = series[:-1], series[1:], over * series[-1] * series[-1]
     total, length, above = last * step[-1], step[-1], 1.0 * (last > 1.0)
     for t in range(len(before)):
-        square = over * mean_square(before[t], after[t])
-        total += square * step[t]
+        total += over * mean_square(before[t], after[t]) * step[t]
         length += step[t]
-        above += 1.0 * (square > 1.0)
+        above += 1.0 * (over * before[t] * before[t] > 1.0)
     return total, length, above
 
 

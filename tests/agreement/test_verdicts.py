@@ -346,7 +346,7 @@ def worked_out(path):
         taken = (constant * spinning + one.resistance(warm) * current) * current + coil
         power += taken + 2.0 * SWITCH * current**2 + STANDBY
         free = load / one.ratio + rotor[:, k]
-        least += np.minimum(taken, free * spinning + one.resistance(AIR) / one.constant(AIR) ** 2 * free**2)
+        least += np.minimum(taken, free * spinning + one.resistance(COLD) / one.constant(COLD) ** 2 * free**2)
         table[name] = row
     empty, bus = 0.5 * CAPACITY * VOLTS**2, 0.5 * CAPACITY * VOLTS**2
     highest, burns = bus, 0.5 * CAPACITY * THRESHOLD**2
