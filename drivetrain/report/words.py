@@ -240,7 +240,7 @@ def gaps(evaluation: Evaluation) -> tuple[str, ...]:
     ]  # fmt: skip
     if not where:
         return ()
-    proven = "" if evaluation.verdict is Verdict.FAIL else ", so the drives are neither proven to fit nor seen to fail"
+    proven = "" if evaluation.verdict is Verdict.FAIL else ", so the drives are not proven to fit (no check fails)"
     return (f"Data are missing to check {', '.join(where)}{proven}.", *gap_lines(missing_gaps(evaluation)))
 
 

@@ -62,7 +62,7 @@ def power_chart(evaluation: Evaluation) -> Chart | None:
         around = np.concatenate([time[own][:1], time[own], time[own][-1:]])
         for values, label, colour in (
             (np.maximum(power, 0.0), "drawn", BLUE),
-            (np.minimum(power, 0.0), "given back", GREEN),
+            (np.minimum(power, 0.0), "regenerated", GREEN),
         ):
             area = np.concatenate([[0.0], values[own], [0.0]])
             marks.append(Mark("area", around, area, label="" if number else label, colour=colour, alpha=0.25))
