@@ -384,6 +384,7 @@ def test_teeth_in_a_step(speed: float) -> None:
     assert one.joint.motor.torque == pytest.approx(torque, rel=1e-11)
     assert one.joint.motor.stiffness == pytest.approx(stiffness, rel=1e-11, abs=1e-12)
     assert one.own.energy == pytest.approx(energy)
+    assert Cogging((0.02, 0.007), (12, 24)).table(PLACE).tolist() == [[0.02, 12.0, 0.0], [0.007, 24.0, 0.0]]
 
 
 @pytest.mark.parametrize("inner, capacities", [(1.4, (7.0, 31.0)), (0.0, (38.0, None)), (1.4, (7.0, None))])
