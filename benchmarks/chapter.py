@@ -47,14 +47,14 @@ def chains() -> None:
     names = ("forward_dynamics", "with rotors", "pinocchio aba", "mass_matrix", "pinocchio crba")
     print(
         "us a sample: median (quarter to three quarters of the turns)\njoints"
-        + "".join(f"{name:>24}" for name in names)
+        + "".join(f"{name:>27}" for name in names)
     )
     for n in (6, 12, 30, 50, 100, 200):
         found = interleaved(runs(n, 60_000 // n))
         crba, one = found.pop("crba"), statistics.median(found.pop("crba of one joint"))
         found["pinocchio crba"] = [each - one for each in crba]
         cells = ("{1:.3g} ({0:.3g} to {2:.3g})".format(*statistics.quantiles(x)) for x in found.values())
-        print(f"{n:6}" + "".join(f"{cell:>24}" for cell in cells))
+        print(f"{n:6}" + "".join(f"{cell:>27}" for cell in cells))
 
 
 def runs(n: int, samples: int) -> dict[str, tuple[Callable[[], object], int]]:
