@@ -92,10 +92,14 @@ def gap_lines(found: Iterable[Gap]) -> tuple[str, ...]:
     alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Gap]] = {}
     for gap in found:
         alike.setdefault((gap.columns, gap.checks), []).append(gap)
-    return tuple(
-        f"{each[0]}." if len(each) == 1 else f"{'; '.join(gap.place for gap in each)} have no {each[0]._lacks}."
-        for each in alike.values()
-    )
+    return tuple(f"{each[0]}." if len(each) == 1 else _of_several(each) for each in alike.values())
+
+
+def _of_several(alike: list[Gap]) -> str:
+    """Gaps with the same columns as text: what is missing first, then where."""
+    first = alike[0]
+    places = [f"{one.joint} ({one.row if one.key in one.row else f'{one.key}, {one.row}'})" for one in alike]
+    return f"No {first._lacks}: {first.part}s of {', '.join(places)}."
 
 
 def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
