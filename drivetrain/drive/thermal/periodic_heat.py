@@ -636,8 +636,8 @@ def trace_own_periods(
     if len(parts) == 1 or not losses.winding_at[0] < np.inf:
         return
     for i in range(len(parts)):
-        start = parts[i].start_winding, parts[i].start_housing
-        _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, start[0], start[1])
+        own = parts[i]
+        _trace(nodes, copper, periods, losses, parts, i, magnets, ambient, own.start_winding, own.start_housing)
 
 
 # The most loaded phase at rest.
@@ -775,10 +775,8 @@ def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
         square = max(square, highest_response(periods, rate, losses.square, memory, most))
         most = most_left(periods, rate, losses.housing, memory)
         lost = max(lost, highest_response(periods, rate, losses.housing, memory, most))
-    if len(parts) == 1:
-        start = most_left(periods, own, total, memory)
-    else:  # one part may leave the warmest winding, another one the warmest phase
-        start = most_left(periods, own, losses.square, memory) + most_left(periods, own, losses.held, memory)
+    # One part may leave the warmest winding, another one the warmest phase.
+    start = most_left(periods, own, losses.square, memory) + most_left(periods, own, losses.held, memory)
     heating = nodes.outer * square + nodes.inner * highest_response(periods, own, total, memory, start)
     left = 1.0 - slope * heating
     return ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf

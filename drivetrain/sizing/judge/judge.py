@@ -794,10 +794,10 @@ def at_rest(
 ) -> Any:
     """Largest load and motor torque during all stretches of standstill, including breakaway if the joint ever moves."""
     accelerations, carriers, upcoming_speeds = motion.acceleration, motion.carrier_acceleration, motion.next_speed
-    torques, loads, starts, rests = traces.torque[1:-1], traces.load, traces.starting, motion.rests
+    torques, loads, starts = traces.torque[1:-1], traces.load, traces.starting
     largest_load, largest = 0.0, 0.0
-    for i in range(len(rests)):
-        rest = slice(rests[i, 0], rests[i, 1])
+    for first, last in motion.rests:
+        rest = slice(first, last)
         acceleration, carrier, upcoming_speed = accelerations[rest], carriers[rest], upcoming_speeds[rest]
         at_gear, torque, load, starting = gear_torque[rest], torques[rest], loads[rest], starts[rest]
         for t in range(len(at_gear)):
@@ -978,8 +978,8 @@ def starting_voltage(case: Any, rests: Any, winding_at: Any, torque: Any) -> Any
     """Largest terminal voltage to start the joint from rest or to hold it [V]; ``torque``: ``Traces.starting``."""
     largest, constant = 0.0, torque_constant(case.motor, case.figures.magnet_temperature)
     more = torque_factor(case.safety)
-    for i in range(len(rests)):
-        winding, starting = winding_at[rests[i, 0] : rests[i, 1]], torque[rests[i, 0] : rests[i, 1]]
+    for first, last in rests:
+        winding, starting = winding_at[first:last], torque[first:last]
         for t in range(len(starting)):
             hot = winding_resistance(case.motor, winding[t])
             largest = larger(largest, abs(more * hot * starting[t] / constant))
