@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -123,12 +124,19 @@ def test_a_required_probability_decides_what_is_written_and_used(run: Run, write
     light = light.replace("peak_current: 30 A", f"peak_current: {1.01 * required} A")
     asked = "tolerances: {torque_constant: 10 %, samples: 200}\nselection: {holds: 99 %}\n"
     file.write_text(text[:end] + light + text[end:] + asked, encoding="utf-8")
-    nominal = dt.select(dt.load_study(file))
-    assert nominal.drives["door"] == ("light", "good") and "robust_select" in nominal.proof
+    study = dt.load_study(file)
+    nominal = dt.select(replace(study, wanted=replace(study.wanted, holds=None)))
+    assert nominal.drives["door"] == ("light", "good")
+    robust = dt.select(study)
+    assert robust.drives["door"] == ("good", "good") and "at least 99 %" in robust.proof
+    assert robust.best_sets[0].drives == robust.drives and robust.objective > nominal.objective
     assert run("select", file, "--write", "chosen.yaml", "--out", "o")[0] == 0
     assert dt.load_study("chosen.yaml").joints[0].drive == ("good", "good")
     data = json.loads(run("size", file, "--json", "--out", "s")[1])
     assert data["joints"]["door"]["drive"]["motor"] == "good"
+    _, out, _ = run("why-not", file, "--motor", "light")
+    assert "light with good meets all limits with nominal values, and was not chosen" in out
+    assert "With it at door, no set is known to meet all limits with 99 %: 1 tested" in out
 
 
 def test_nothing_is_written_where_nothing_fits_or_over_the_study(run: Run, write: Write, tmp_path: Path) -> None:  # noqa: F811

@@ -70,7 +70,6 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
         study: The study.
         runs: Whether the drives will be simulated, so that they are evaluated as in a simulation.
     """
-    from drivetrain.sizing.answers.spread import robustly
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.results import every_drive
     from drivetrain.sizing.search.search import select
@@ -85,7 +84,7 @@ def chosen(study: Study, *, runs: bool = False) -> Evaluation:
             return judged_to_run(evaluate(study)) if runs else evaluate(study)
     say("note: the study does not name all drives; they are selected first", errors=True)
     with working("searching the catalogues for drives") as step:
-        found, _ = robustly(select(study, progress=step))
+        found = select(study, progress=step)
     evaluation = every_drive(found)
     if not found.drives:
         say("note: no set of drives fits; the closest candidates are used", errors=True)

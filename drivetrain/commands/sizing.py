@@ -7,7 +7,7 @@ from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from drivetrain.sizing.answers.spread import Spread
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
-
-Judged = TypeVar("Judged", "Evaluation", "Selection")
 
 MOST_NOTES = 8  # warnings and notes listed on the terminal; the report contains all of them
 
@@ -65,7 +63,8 @@ def demo(out: OutFolder = None) -> bool:
 
     writable(out)
     study = load_study(shipped("examples") / "ur5_pick_and_place" / "study.yaml")
-    result = _deliver(_selected(study), out or Path("reports") / "demo", as_json=False)
+    result = _selected(study)
+    _deliver(result, out or Path("reports") / "demo", as_json=False)
     say("next: `drivetrain init my_arm.yaml` writes a study of your own to start from")
     return result.feasible
 
@@ -116,7 +115,9 @@ def check(
 def size(study: StudyOrResult, out: OutFolder = None, pdf: AsPdf = False, as_json: AsJson = False) -> bool:
     """Evaluate the drives that the study names or selects: margins, verdicts, report, currents."""
     [loaded] = inputs(lambda: load_chosen(study), out=out)
-    return _deliver(chosen(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json).feasible
+    evaluation = chosen(loaded)
+    _deliver(evaluation, out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
+    return evaluation.feasible
 
 
 @command
@@ -125,8 +126,8 @@ def report(study: StudyOrResult, out: Annotated[Path | None, folder_for("report.
     from drivetrain.report.pages.report_page import html_report
 
     [loaded] = inputs(lambda: load_chosen(study), out=out)
-    result, found = _spread(chosen(loaded))
-    write_page(loaded, out, {"report.html": html_report(result, spread=found)})
+    result = chosen(loaded)
+    write_page(loaded, out, {"report.html": html_report(result, spread=_spread(result))})
     return result.feasible
 
 
@@ -182,7 +183,8 @@ def select(
         from drivetrain.sizing.answers.trade_offs import check_trade_offs
 
         check_trade_offs(loaded)
-    found = _deliver(_selected(loaded), out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
+    found = _selected(loaded)
+    _deliver(found, out or report_folder(loaded.name), pdf=pdf, as_json=as_json)
     if write is not None:
         write_chosen(found, write)
     return found.feasible
@@ -195,15 +197,15 @@ def _selected(study: Study) -> Selection:
         return search(study, progress=step)
 
 
-def _deliver(result: Judged, out: Path, *, pdf: bool = False, as_json: bool) -> Judged:
-    """Write the files and print the verdict; what was written, with the set that has the required probability."""
+def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as_json: bool) -> None:
+    """Write the files and print the verdict."""
     from drivetrain.report.outputs import result_json, write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
     from drivetrain.report.terminal import console, progress
     from drivetrain.report.verdict_lines import verdict_lines, verdict_table
     from drivetrain.sizing.results import Evaluation
 
-    result, found = _spread(result)
+    found = _spread(result)
     extra, beside = lines_beside(result)
     with progress(console(errors=True), "drawing the report"):
         files = write_outputs(out, result, spread=found, extra=extra)
@@ -226,21 +228,16 @@ def _deliver(result: Judged, out: Path, *, pdf: bool = False, as_json: bool) -> 
         say(f"summary: {out / 'summary.pdf'}", errors=as_json)
     if as_json:
         sys.stdout.write(result_json(result, spread=found, extra=extra, folder=out))
-    return result
 
 
-def _spread(result: Judged) -> tuple[Judged, Spread | None]:
-    """What the scatter of the numbers means, and the set that stands it where a probability is wanted."""
-    from drivetrain.sizing.answers.spread import robustly, spread
-    from drivetrain.sizing.results import Evaluation
+def _spread(result: Evaluation | Selection) -> Spread | None:
+    """Effects of the study's tolerances; None if it states none."""
+    from drivetrain.sizing.answers.spread import spread
 
     if not result.study.tolerances.given:
-        return result, None
+        return None
     with working("drawing arms within the tolerances (compiled the first time, about 7 s)"):
-        if isinstance(result, Evaluation):
-            return result, spread(result)
-        chosen, choice = robustly(result)
-        return chosen, spread(chosen.evaluation, choice)
+        return spread(result)
 
 
 def _summarise(study: Study, *, errors: bool) -> None:

@@ -305,6 +305,7 @@ class Selection:
         notes: What the objective does not include for lack of data.
         equals: Number of feasible sets with the same objective as the chosen one, itself included.
         all_equals: Whether all of these were counted.
+        choice: How the drives were chosen if a probability is required (``RobustSelection``); else None.
     """
 
     study: Study
@@ -322,6 +323,7 @@ class Selection:
     notes: tuple[str, ...] = ()
     equals: int = 0
     all_equals: bool = True
+    choice: object | None = None
 
     @property
     def verdict(self) -> Verdict:

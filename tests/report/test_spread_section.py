@@ -12,7 +12,7 @@ from drivetrain.report.charts.arm_charts import tornado_chart
 from drivetrain.report.outputs import result_json, write_outputs
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.spread_section import chance_rows, law_lines, spread_lines
-from drivetrain.sizing.answers.spread import robustly, spread
+from drivetrain.sizing.answers.spread import spread
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances
@@ -95,14 +95,15 @@ def test_the_terminal_tells_the_weakest(told):
 def test_a_selection_holds_as_often_as_wanted():
     study = load_study(shipped("examples") / "one_axis" / "study.yaml")
     selection = select(study)
-    same, choice = robustly(selection)
-    assert same is selection and choice is None
+    assert selection.choice is None
     asked = replace(study, tolerances=TOLERANCES, wanted=replace(study.wanted, holds=0.95))
-    chosen, choice = robustly(select(asked))
+    chosen = select(asked)
+    choice = chosen.choice
     assert choice is not None and chosen.feasible and choice.proof in chosen.proof
     assert chosen.objective >= selection.objective - 1e-12
     assert chosen.best_sets[0].drives == chosen.drives
     assert np.isclose(chosen.evaluation.objective, chosen.objective)
-    found = spread(chosen.evaluation, choice)
+    assert chosen.rejected_pairs.chosen == chosen.rejected_pairs.problem.pairs(chosen.drives)
+    found = spread(chosen)
     assert found is not None and found.robustness.whole.interval[1] >= 0.95
     assert choice.proof in html_report(chosen, spread=found)

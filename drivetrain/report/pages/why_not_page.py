@@ -75,9 +75,10 @@ def _standing(found: WhyNot, answer: PairAnswer) -> str:
         return f"{answer.joint}: {_parts_text(found)} has no partner here."
     meet = f"{answer.holding} of which meet{'s' * (answer.holding == 1)} all limits"
     some = f" (the best of {answer.partners} pairs, {meet})" if answer.partners > 1 else ""
+    nominal = " with nominal values" if found.selection.choice is not None else ""
     words = {
         Standing.CHOSEN: "is the chosen drive",
-        Standing.FEASIBLE: "meets all limits, and was not chosen",
+        Standing.FEASIBLE: f"meets all limits{nominal}, and was not chosen",
         Standing.REJECTED: "does not meet all limits with the other chosen drives",
         Standing.NOT_JUDGED: "cannot be checked for lack of data",
     }

@@ -207,6 +207,13 @@ class Problem:
         joints = self.candidates.study.joints
         return {joints[joint].name: self.candidates.keys(pair) for joint, pair in sorted(pairs.items())}
 
+    def pairs(self, keys: Mapping[str, tuple[str, str]]) -> dict[int, int]:
+        """The eligible pairs by joint index, of keys of (motor, gear) by joint name."""
+        return {
+            joint: next(int(pair) for pair in self.eligible[joint] if self.candidates.keys(pair) == keys[task.name])
+            for joint, task in enumerate(self.candidates.study.joints)
+        }
+
 
 @kernel
 def _range(parameters: Array, pairs: Indices) -> tuple[Array, Array]:

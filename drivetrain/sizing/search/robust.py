@@ -75,8 +75,9 @@ class RobustSelection:
             if not self.trials:
                 return "no set meets all limits with nominal values"
             end = "and there are no others" if self.exhausted else "the search went no further"
-            words = f"none of {len(self.trials)} sets is known to meet all limits with {wanted_text}"
-            return f"{words} ({confidence}){shared}, {end}"
+            count = len(self.trials)
+            words = f"no set is known to meet all limits with {wanted_text}: {count} tested ({confidence})"
+            return f"{words}{shared}, {end}"
         words = f"meets all limits with at least {wanted_text}"
         words = f"{words}; {len(before) - near} better sets do not{shared} ({confidence})"
         words = f"{words}; {near} better sets are too near to decide" if near else words

@@ -17,16 +17,17 @@ from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.sizing.search.candidates import build_candidates
+from drivetrain.sizing.search.constraints.chance import has_tolerances
 from drivetrain.sizing.search.domains import Pairs
 from drivetrain.sizing.search.preconditions import check_keys, check_options, nothing_to_choose, same_study, why_nothing
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set
+from drivetrain.sizing.search.robust import robust_select
 from drivetrain.sizing.search.tree import Report, Tree, run_search
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions
 
 OPTIMAL = "optimal"
-UNTESTED = "; sets are not tested for the required probability, as by dt.sizing.robust_select"
 ROUNDING = 1e-12  # relative gap that is attributed to rounding
 UNITS = {"mass": " kg", "energy": " J"}
 
@@ -57,8 +58,8 @@ def select(
         The drives, their evaluation, the runners-up, the lower bound and all rejected candidates; if nothing is
         feasible, the nearest set and what would fix it. Sets whose objectives are equal to 1e-9 are ordered by their
         energy per cycle, sets of equal energy by their largest utilisation. The proof covers this order; up to 1000
-        ties of the best set are counted. The result does not depend on the machine or on stops. All values are
-        nominal: for a required probability (``holds``) see ``robust_select``.
+        ties of the best set are counted. The result does not depend on the machine or on stops. If the study requires
+        a probability within tolerances (``holds``), the drives are the best that have it, as of ``robust_select``.
 
     Raises:
         InputError: Options that do not suit the study; ``resume`` is of another study or has other options.
@@ -74,7 +75,13 @@ def select(
     start = time.perf_counter()  # compilation in a first run does not count
     time_limit = tree.problem.options.time_limit if wanted is None else wanted.time_limit
     tree, evaluations = run_search(tree, start + time_limit, report)
-    return _answer(tree, evaluations, report) if tree.best else _nothing_fits(tree, report, advise)
+    if not tree.best:
+        return _nothing_fits(tree, report, advise)
+    found = _answer(tree, evaluations, report)
+    if not found.feasible or found.study.wanted.holds is None or not has_tolerances(found.study):
+        return found
+    report(1, 1, "the required probability")
+    return _robust(found, tree.problem)
 
 
 def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
@@ -125,12 +132,30 @@ def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], report: Report)
         sets.append(DriveSet(problem.keys(dict(enumerate(found.pairs))), objective, one.criteria))
     best, chosen = evaluations[tree.found[0]], dict(enumerate(tree.found[0]))
     report(1, 1, "the next best of each joint")
-    proof = _proof(tree) + (UNTESTED if study.wanted.holds is not None and study.tolerances.given else "")
     return Selection(
-        study, sets[0].drives, best, sets[0].objective, proof, Rejected(problem, chosen),
+        study, sets[0].drives, best, sets[0].objective, _proof(tree), Rejected(problem, chosen),
         alternatives(problem, chosen), missing_words(best), dict(tree.counters), tuple(sets),
         min(tree.bound, sets[0].objective), None if tree.finished else tree,
         tuple(f"{text}; the objective is that of the rest" for text in uncounted(best)), *tree.equals,
+    )  # fmt: skip
+
+
+def _robust(selection: Selection, problem: Problem) -> Selection:
+    """A selection of the best set with the required probability instead of the best one with nominal values."""
+    work = problem.candidates.work
+    found = robust_select(selection.study, work=work)
+    if found.chosen is None:
+        return replace(
+            selection, drives={}, objective=math.nan, proof=found.proof, best_sets=(), advice=(f"{found.proof}.",),
+            choice=found,
+        )  # fmt: skip
+    best = found.chosen.drives
+    chosen = problem.pairs(best.drives)
+    others = (one for one in selection.best_sets if one.objective >= best.objective and one.drives != best.drives)
+    return replace(
+        selection, drives=dict(best.drives), evaluation=evaluated(work, best.drives), objective=best.objective,
+        proof=f"{selection.proof} with nominal values; {found.proof}", rejected_pairs=Rejected(problem, chosen),
+        alternatives=alternatives(problem, chosen), best_sets=(best, *others), equals=0, all_equals=False, choice=found,
     )  # fmt: skip
 
 
