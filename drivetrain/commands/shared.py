@@ -153,13 +153,13 @@ def lines(texts: Iterable[str]) -> None:
         say(text)
 
 
-def listed(heading: str, texts: list[str], *, most: int) -> None:
-    """Print a list to standard error, with at most ``most`` entries."""
+def listed(heading: str, texts: list[str], *, most: int | None = None) -> None:
+    """Print a list to standard error, with at most ``most`` entries; None: all."""
     if texts:
         say(f"{heading} ({len(texts)}):", errors=True)
     for line in texts[:most]:
         say(f"  {line}", errors=True)
-    if len(texts) > most:
+    if most is not None and len(texts) > most:
         say(f"  ... and {len(texts) - most} more", errors=True)
 
 

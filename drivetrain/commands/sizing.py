@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from drivetrain.sizing.results import Evaluation, Selection
     from drivetrain.study.model import Study
 
-MOST_NOTES = 8  # warnings and notes listed on the terminal; the report contains all of them
-
 OutFolder = Annotated[
     Path | None,
     folder_for("report.html, result.json and currents.csv", ends=" Default: <study name>_report."),
@@ -259,9 +257,9 @@ def _summarise(study: Study, *, errors: bool) -> None:
         for line in (f"candidates of {names}:", *(f"  {count}" for count in counts)):
             say(f"  {line}", errors=errors)
     for severity, found in _catalog_findings(study).items():
-        listed(f"{severity}s in the catalogues", found, most=MOST_NOTES)
+        listed(f"{severity}s in the catalogues", found)
     warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
-    listed("warnings and notes", warnings_first, most=MOST_NOTES)
+    listed("warnings and notes", warnings_first)
     barred = [task.name for task in study.joints if task.drive is None and not task.pairs]
     text = (
         f"the study can be read, but nothing can be chosen for {', '.join(barred)}"
