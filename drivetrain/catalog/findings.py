@@ -1,11 +1,14 @@
-"""Findings of the lint in a row, and the limits and typical unit mistakes that its rules share."""
+"""Findings of the lint in a row, and what its rules share: laws between values, orders, typical unit mistakes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+
+Values = Mapping[str, float]  # the numbers of a row by column name
+Band = tuple[float, float]  # limits of the relative difference between a printed value and what others imply
 
 LIMIT = 0.10  # largest plausible relative difference between a printed value and the one that other values imply
 UNIT_SLIPS = (
@@ -50,13 +53,46 @@ def warning(column: str, problem: str, predicted: float | None = None) -> Findin
     return Finding(column, Severity.WARNING, problem, predicted)
 
 
+def numbers(cells: Mapping[str, object]) -> dict[str, float]:
+    """The cells of a row that hold a number."""
+    return {name: cell for name, cell in cells.items() if isinstance(cell, float)}
+
+
+ANY = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True)
+class Relation:
+    """A printed value that follows from others of the same row."""
+
+    column: str
+    law: str  # in words or symbols
+    predict: Callable[[Values], float]  # the value that follows; 0: none
+    error: Band = (-LIMIT, LIMIT)  # beyond this band the row cannot be right
+    warning: Band = ANY  # beyond this band it is unusual
+
+
+def conflicts(values: Values, relations: Iterable[Relation]) -> Iterator[Finding]:
+    """Findings where a printed value is too far from the one that others imply."""
+    for one in relations:
+        try:
+            printed, predicted = values[one.column], one.predict(values)
+        except KeyError:  # a value is not printed
+            continue
+        difference = printed / predicted - 1.0 if predicted else 0.0
+        for found, (low, high) in ((error, one.error), (warning, one.warning)):
+            if not low <= difference <= high:
+                yield found(one.column, differs(difference, one.law), predicted)
+                break
+
+
 def differs(difference: float, law: str) -> str:
     """Message about a relative difference from a law, with the unit mistake that would explain it."""
     hint = slip(1.0 + difference)
     return f"differs by {100.0 * difference:+.1f} % from {law}" + (f"; {hint}" if hint else "")
 
 
-def in_order(values: Mapping[str, float], *orders: tuple[Callable[..., Finding], str, str, str]) -> Iterator[Finding]:
+def in_order(values: Values, *orders: tuple[Callable[..., Finding], str, str, str]) -> Iterator[Finding]:
     """Findings where values are in the wrong order.
 
     Args:

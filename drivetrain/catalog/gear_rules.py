@@ -7,11 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from itertools import pairwise
 
-from drivetrain.catalog.findings import LIMIT, Finding, error, in_order, slip, warning
+from drivetrain.catalog.findings import LIMIT, Finding, Values, error, in_order, numbers, slip, warning
 from drivetrain.catalog.table import Cell, Row
 from drivetrain.drive.gear import DRAG_REFERENCE, DRAG_TEMPERATURES
-
-Values = Mapping[str, float]
 
 TORQUES = ("continuous_torque", "average_torque_limit", "repeated_peak_torque", "momentary_torque")
 ROUNDING = 1e-6  # equal printed torques may differ by this much after conversion
@@ -42,7 +40,7 @@ _ORDERS = (
 
 def check_gear(cells: Mapping[str, Cell]) -> list[Finding]:
     """All inconsistencies in the row of one gear."""
-    values = {name: value for name, value in cells.items() if isinstance(value, float)}
+    values = numbers(cells)
     rules = (_losses, _torque_order, _rare_torques, _torques_present, _no_load, _pitch, _bearing)
     findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
     kind = cells.get("kind")

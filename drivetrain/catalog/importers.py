@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from drivetrain.catalog.findings import Severity
-from drivetrain.catalog.formats import Format, translate
+from drivetrain.catalog.formats import Format, Record, translate
 from drivetrain.catalog.linting import lint
 from drivetrain.catalog.schema import (
     CURRENT_BASES,
@@ -31,7 +31,6 @@ from drivetrain.catalog.table import csv_lines
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.whole_files import write_files
 
-Record = dict[str, str]
 Basis = str | Mapping[str, str]  # conventions, see ``read_basis``
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivetrain.catalog.findings import LIMIT, Finding, Severity, differs, error, in_order, warning
+from drivetrain.catalog.findings import Finding, Relation, Severity, conflicts, error, in_order, numbers, warning
 from drivetrain.catalog.gear_rules import check_families, check_gear
 from drivetrain.catalog.motor_rules import check_motor
 from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
@@ -18,16 +18,18 @@ from drivetrain.errors import Fault, InputError
 
 
 UNDATED = "not dated"  # beginning of the date of a price whose source gives no date
+COIL = Relation("power", "voltage times current", lambda v: v["voltage"] * v["current"])
 
 
 def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
     """All inconsistencies in the row of one brake."""
-    values = _numbers(cells)
-    return [*_coil(values), *in_order(values, (error, "energy_per_stop", "energy_per_hour", ""))]
+    values = numbers(cells)
+    stops = in_order(values, (error, "energy_per_stop", "energy_per_hour", ""))
+    return [*conflicts(values, [COIL]), *stops]
 
 
 def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
-    values = _numbers(cells)
+    values = numbers(cells)
     found = list(
         in_order(values, (error, "continuous_current", "peak_current", ""), (error, "min_voltage", "max_voltage", ""))
     )
@@ -41,24 +43,12 @@ def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
 
 
 def check_price(cells: Mapping[str, Cell]) -> list[Finding]:
-    found = list(in_order(_numbers(cells), (error, "price", "price_to", "")))
+    found = list(in_order(numbers(cells), (error, "price", "price_to", "")))
     if not re.fullmatch("[A-Z]{3}", str(cells.get("currency") or "")):
         found.append(error("currency", "must be three letters such as EUR or USD"))
     if not re.match(rf"(?:19|20)\d\d\b|{UNDATED}", str(cells.get("date") or "")):
         found.append(warning("date", f"must begin with the year, as 2026-06, or with {UNDATED}"))
     return found
-
-
-def _numbers(cells: Mapping[str, Cell]) -> dict[str, float]:
-    return {name: cell for name, cell in cells.items() if isinstance(cell, float)}
-
-
-def _coil(values: Mapping[str, float]) -> Iterator[Finding]:
-    if all(name in values for name in ("voltage", "current", "power")):
-        predicted = values["voltage"] * values["current"]
-        difference = values["power"] / predicted - 1.0
-        if abs(difference) > LIMIT:
-            yield error("power", differs(difference, "voltage times current"), predicted)
 
 
 # All rules together
@@ -175,19 +165,16 @@ def _duplicates(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
             yield row, warning("part_number", f"the same part has a row with the key {earlier}")
 
 
-def _as_fault(table: Table, name: str, row: Row, finding: Finding) -> LintFault:
-    """A finding with its place in the file and its values in the file's units."""
-    cell = row.cells.get(finding.column)
-    printed: object = cell
-    if isinstance(cell, float):
-        printed = table.as_printed(finding.column, cell, TABLES[name])
-    predicted = finding.predicted
+def _as_fault(table: Table, name: str, row: Row, finding: Finding, part: str | None = None) -> LintFault:
+    """A finding with its place in the file and its values in the file's units; ``part``: of a cell with several."""
+    cell, predicted = row.cells.get(finding.column), finding.predicted
+    printed: object = cell if part is None else part
+    if isinstance(printed, float):
+        printed = table.as_printed(finding.column, printed, TABLES[name])
     if predicted is not None:
         predicted = table.as_printed(finding.column, predicted, TABLES[name])
-    header = table.headers.get(finding.column, finding.column)
-    return LintFault(
-        str(table.path), row.line, header, row.text("key"), finding.severity, finding.problem, printed, predicted
-    )
+    header, key = table.headers.get(finding.column, finding.column), row.text("key") or row.text("motor_key")
+    return LintFault(str(table.path), row.line, header, key, finding.severity, finding.problem, printed, predicted)
 
 
 def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
@@ -196,13 +183,13 @@ def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterato
     for row in table.rows:
         motor, listed = row.text("motor_key"), row.text("gear_keys").split()
         if motors is not None and motor not in motors:
-            yield _pair_fault(table, row, "motor_key", error("motor_key", "no motor has this key"), motor)
+            yield _as_fault(table, PAIRS, row, error("motor_key", "no motor has this key"))
         for key in listed if gears is not None else ():
             if key not in (gears or ()):
-                yield _pair_fault(table, row, "gear_keys", error("gear_keys", "no gear has this key"), key)
+                yield _as_fault(table, PAIRS, row, error("gear_keys", "no gear has this key"), key)
         twice = sorted({key for key in listed if listed.count(key) > 1}) if len(set(listed)) < len(listed) else []
         for key in twice:
-            yield _pair_fault(table, row, "gear_keys", warning("gear_keys", "is given twice in this row"), key)
+            yield _as_fault(table, PAIRS, row, warning("gear_keys", "is given twice in this row"), key)
 
 
 def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
@@ -211,13 +198,7 @@ def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterat
     for row in table.rows:
         key = row.text("part_key")
         if key and known and key not in known:
-            yield _pair_fault(table, row, "part_key", error("part_key", "no part has this key"), key)
-
-
-def _pair_fault(table: Table, row: Row, column: str, finding: Finding, value: str) -> LintFault:
-    header = table.headers.get(column, column)
-    motor = row.text("motor_key")
-    return LintFault(str(table.path), row.line, header, motor, finding.severity, finding.problem, value)
+            yield _as_fault(table, PRICES, row, error("part_key", "no part has this key"))
 
 
 def _keys(groups: Iterable[Mapping[str, Table]], name: str) -> Collection[str] | None:

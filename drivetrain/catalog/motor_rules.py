@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
-from drivetrain.catalog.findings import LIMIT, Finding, differs, error, in_order, warning
+from drivetrain.catalog.findings import ANY, Finding, Relation, Values, conflicts, error, in_order, numbers, warning
 from drivetrain.catalog.table import Cell, dc_equivalent
 from drivetrain.drive.motor import COPPER_COEFFICIENT
-
-Values = Mapping[str, float]
 
 ELECTRICAL_TIME = (1e-6, 2e-2)  # s; 1051 sheets print 1.8e-6 to 7.0e-3
 MECHANICAL_TIME = (1e-4, 0.5)  # s; 1043 sheets imply 4.8e-4 to 0.126
@@ -18,28 +16,40 @@ NOMINAL_TORQUE = (-0.10, 0.30)  # relative to kt (I - I0); flat motors have up t
 THERMAL_SURPLUS = 0.15  # nominal current above the thermal limit; 638 sheets: at most 14 % above, down to 51 % below
 FRICTION_LIMIT = 0.15  # 67 sheets: at most 8.8 %
 PEAK_LIMITS = (-0.35, 0.10)  # iron saturates, so the printed peak torque is the smaller one
+PEAK_USUAL = (-0.10, math.inf)
 
 
-# Printed values that follow from others: column, law, columns that it needs, and the function that computes it.
-_RELATIONS: tuple[tuple[str, str, tuple[str, ...], Callable[[Values], float]], ...] = (
-    (
-        "no_load_speed", "(V - R I0)/kt", ("nominal_voltage", "resistance", "torque_constant"),
-        lambda v: (v["nominal_voltage"] - v["resistance"] * v.get("no_load_current", 0.0)) / v["torque_constant"],
-    ),
-    (
-        "stall_torque", "kt V/R", ("nominal_voltage", "resistance", "torque_constant"),
-        lambda v: v["torque_constant"] * v["nominal_voltage"] / v["resistance"],
-    ),
-    ("stall_current", "V/R", ("nominal_voltage", "resistance"), lambda v: v["nominal_voltage"] / v["resistance"]),
-    (
-        "speed_torque_gradient", "R/kt^2", ("resistance", "torque_constant"),
-        lambda v: v["resistance"] / v["torque_constant"] ** 2,
-    ),
-    (
-        "mechanical_time_constant", "R J/kt^2", ("resistance", "torque_constant", "rotor_inertia"),
-        lambda v: v["resistance"] * v["rotor_inertia"] / v["torque_constant"] ** 2,
-    ),
-    ("speed_constant", "1/kt", ("torque_constant",), lambda v: 1.0 / v["torque_constant"]),
+def _thermal_current(v: Values) -> float:
+    """The current that heats the winding to its limit at an ambient temperature of 25 C [A]."""
+    if "resistance_winding_housing" in v and "resistance_housing_ambient" in v:
+        total = v["resistance_winding_housing"] + v["resistance_housing_ambient"]
+    else:
+        total = v["resistance_winding_ambient"]
+    limit, reference = v["max_winding_temperature"], v.get("reference_temperature", 25.0)
+    hot = v["resistance"] * (1.0 + COPPER_COEFFICIENT * (limit - reference))
+    return math.sqrt(max(limit - 25.0, 0.0) / (hot * total))
+
+
+# Data sheets print more than they need: these values follow from others.
+_RELATIONS = (
+    Relation("no_load_speed", "(V - R I0)/kt", lambda v:
+             (v["nominal_voltage"] - v["resistance"] * v.get("no_load_current", 0.0)) / v["torque_constant"]),
+    Relation("stall_torque", "kt V/R", lambda v: v["torque_constant"] * v["nominal_voltage"] / v["resistance"]),
+    Relation("stall_current", "V/R", lambda v: v["nominal_voltage"] / v["resistance"]),
+    Relation("speed_torque_gradient", "R/kt^2", lambda v: v["resistance"] / v["torque_constant"] ** 2),
+    Relation("mechanical_time_constant", "R J/kt^2", lambda v:
+             v["resistance"] * v["rotor_inertia"] / v["torque_constant"] ** 2),
+    Relation("speed_constant", "1/kt", lambda v: 1.0 / v["torque_constant"]),
+    Relation("peak_torque", "kt times the peak current", lambda v: v["torque_constant"] * v["peak_current"],
+             error=PEAK_LIMITS, warning=PEAK_USUAL),
+    Relation("nominal_torque", "kt (I - I0)", lambda v:
+             max(v["torque_constant"] * (v["nominal_current"] - v["no_load_current"]), 0.0),
+             error=ANY, warning=NOMINAL_TORQUE),
+    Relation("nominal_current", "the current that heats the winding to its limit", _thermal_current,
+             error=ANY, warning=(-math.inf, THERMAL_SURPLUS)),
+    Relation("no_load_current", "the friction at no-load speed over kt", lambda v:
+             (v["coulomb_friction"] + v["viscous_friction"] * v["no_load_speed"]) / v["torque_constant"],
+             error=ANY, warning=(-FRICTION_LIMIT, FRICTION_LIMIT)),
 )  # fmt: skip
 _ORDERS = (
     (error, "no_load_current", "nominal_current", ""), (error, "nominal_current", "stall_current", ""),
@@ -51,10 +61,9 @@ _ORDERS = (
 
 def check_motor(cells: Mapping[str, Cell]) -> list[Finding]:
     """All inconsistencies in the row of one motor."""
-    values = {name: value for name, value in dc_equivalent(cells).items() if isinstance(value, float)}
-    rules = (_redundancy, _peak_torque, _nominal_torque, _thermal, _friction, _time_constants, _rotor)
-    findings = [*in_order(values, *_ORDERS), *(finding for rule in rules for finding in rule(values))]
-    findings = [_as_in_row(finding, cells, values) for finding in findings]
+    values = numbers(dc_equivalent(cells))
+    found = [*in_order(values, *_ORDERS), *conflicts(values, _RELATIONS), *_time_constants(values)]
+    findings = [_as_in_row(finding, cells, values) for finding in (*found, *_rotor(values))]
     return findings + list(_convention(cells))
 
 
@@ -64,62 +73,6 @@ def _as_in_row(finding: Finding, cells: Mapping[str, Cell], values: Values) -> F
     if finding.predicted is None or not isinstance(printed, float) or not converted:
         return finding
     return Finding(finding.column, finding.severity, finding.problem, finding.predicted * printed / converted)
-
-
-def _redundancy(values: Values) -> Iterator[Finding]:
-    for column, law, needs, predict in _RELATIONS:
-        if column in values and all(name in values for name in needs):
-            predicted = predict(values)
-            difference = values[column] / predicted - 1.0
-            if abs(difference) > LIMIT:
-                yield error(column, differs(difference, law), predicted)
-
-
-def _peak_torque(values: Values) -> Iterator[Finding]:
-    if all(name in values for name in ("peak_torque", "peak_current", "torque_constant")):
-        predicted = values["torque_constant"] * values["peak_current"]
-        difference = values["peak_torque"] / predicted - 1.0
-        if not PEAK_LIMITS[0] <= difference <= PEAK_LIMITS[1]:
-            yield error("peak_torque", differs(difference, "kt times the peak current"), predicted)
-        elif difference < -LIMIT:
-            yield warning("peak_torque", differs(difference, "kt times the peak current"), predicted)
-
-
-def _nominal_torque(values: Values) -> Iterator[Finding]:
-    if all(name in values for name in ("nominal_torque", "nominal_current", "no_load_current", "torque_constant")):
-        predicted = values["torque_constant"] * (values["nominal_current"] - values["no_load_current"])
-        difference = values["nominal_torque"] / predicted - 1.0 if predicted > 0.0 else 0.0
-        if not NOMINAL_TORQUE[0] <= difference <= NOMINAL_TORQUE[1]:
-            yield warning("nominal_torque", differs(difference, "kt (I - I0)"), predicted)
-
-
-def _thermal(values: Values) -> Iterator[Finding]:
-    """The nominal current against the one that heats the winding to its limit at an ambient temperature of 25 C."""
-    resistances = [values.get("resistance_winding_housing"), values.get("resistance_housing_ambient")]
-    total = values.get("resistance_winding_ambient")
-    if resistances[0] is not None and resistances[1] is not None:
-        total = resistances[0] + resistances[1]
-    limit = values.get("max_winding_temperature")
-    if total is None or limit is None or "nominal_current" not in values or "resistance" not in values:
-        return
-    reference = values.get("reference_temperature", 25.0)
-    hot = values["resistance"] * (1.0 + COPPER_COEFFICIENT * (limit - reference))
-    predicted = math.sqrt(max(limit - 25.0, 0.0) / (hot * total))
-    if values["nominal_current"] > (1.0 + THERMAL_SURPLUS) * predicted:
-        difference = values["nominal_current"] / predicted - 1.0
-        yield warning(
-            "nominal_current", differs(difference, "the current that heats the winding to its limit"), predicted
-        )
-
-
-def _friction(values: Values) -> Iterator[Finding]:
-    names = ("coulomb_friction", "viscous_friction", "no_load_speed", "no_load_current", "torque_constant")
-    if all(name in values for name in names):
-        friction = values["coulomb_friction"] + values["viscous_friction"] * values["no_load_speed"]
-        predicted = friction / values["torque_constant"]
-        difference = values["no_load_current"] / predicted - 1.0
-        if abs(difference) > FRICTION_LIMIT:
-            yield warning("no_load_current", differs(difference, "the friction at no-load speed over kt"), predicted)
 
 
 def _time_constants(values: Values) -> Iterator[Finding]:
