@@ -19,16 +19,15 @@ from drivetrain.drive.spring import gear_spring, mean_touch, touch
 from drivetrain.drive.thermal.periodic_heat import (
     Copper,
     Nodes,
-    highest_response,
     hottest_bound,
     hottest_phase,
     interval_means,
-    most_left,
     new_losses,
     new_parts,
     periodic_heat,
     periods_of,
     quick_nodes,
+    responses,
 )
 from drivetrain.jit import kernel
 from drivetrain.records import as_record
@@ -190,7 +189,8 @@ def judged(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any, torqu
     phase = hottest_phase(nodes, copper, periods, losses, heat, 30.0)
     bound = hottest_bound(nodes, copper, periods, losses, parts, heat.magnets, 30.0)
     rate = 1.0 / (nodes.inner * nodes.winding)
-    out[-1] = highest_response(periods, rate, losses.held, out, most_left(periods, rate, losses.held, out))
+    found = responses(periods, rate, losses.held, losses.square, losses.memory)
+    out[:-1], out[-1] = losses.memory[0][:-1], found.first
     return heat, phase, bound
 
 

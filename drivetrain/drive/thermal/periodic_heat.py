@@ -41,7 +41,8 @@ STEADY = 1e4  # in cycles: time constant of a housing of unknown capacity, which
 GROWN_BEYOND = 1e100  # entries of a cycle's map above which the losses run away; their squares are still finite
 MAGNET_TOLERANCE = 1e-6  # tolerance between assumed and resulting magnet temperature [K]
 MOST_STEPS = 40
-LATER = 1.0 + 1e-12  # factor on a peak below which a later one differs by rounding alone
+SAME = 1e-12  # share of a peak by which an earlier one may lie below it by rounding alone
+SHORT = 0.2  # longest piece of an interval in which the largest rise is sought, in units of the shorter time constant
 CHAIN = {"contract"}  # for loops in which each step waits for the one before: reordered sums would lengthen the wait
 SMALL = 0.05  # product of rate and step below which seven terms of the exponential's series are exact to rounding
 
@@ -372,9 +373,9 @@ def cycle_map(lengths: Any, losses: Any, begin: Any, end: Any) -> Any:
         b0 += steps.sum_w[k] * a00 + steps.sum_h[k] * a10
         b1 += steps.sum_w[k] * a01 + steps.sum_h[k] * a11
         w0 += steps.sum_w[k] * r0 + steps.sum_h[k] * r1 + steps.sum_add[k]
-        a00, a10 = a00 + (ww * a00 + wh * a10), a10 + (hw * a00 + hh * a10)
-        a01, a11 = a01 + (ww * a01 + wh * a11), a11 + (hw * a01 + hh * a11)
-        r0, r1 = r0 + steps.add_w[k] + wh * r1 + ww * r0, r1 + steps.add_h[k] + hw * r0 + hh * r1
+        a00, a10 = (a00 + ww * a00) + wh * a10, (a10 + hh * a10) + hw * a00
+        a01, a11 = (a01 + ww * a01) + wh * a11, (a11 + hh * a11) + hw * a01
+        r0, r1 = (r0 + ww * r0) + (steps.add_w[k] + wh * r1), (r1 + hh * r1) + (steps.add_h[k] + hw * r0)
         length += lengths[k]
     return CycleMap(a00, a01, a10, a11, r0, r1, b0 / length, b1 / length, w0 / length)
 
@@ -383,30 +384,51 @@ def cycle_map(lengths: Any, losses: Any, begin: Any, end: Any) -> Any:
 def cycle_trace(lengths: Any, losses: Any, begin: Any, end: Any, flow: Any, start: Any, ambient: Any) -> Any:
     """Set the temperatures at the ends of all intervals for initial rises; the winding's largest rise and its time.
 
-    Uses the steps in ``losses``; long intervals are subdivided for the largest rise.
+    Uses the steps in ``losses``; within long intervals the largest rise is sought too.
     """
     x0, x1 = start
     lengths, squares, loss = lengths[begin:end], losses.square[begin:end], losses.housing[begin:end]
     winding, housing = losses.winding_at[begin : end + 1], losses.housing_at[begin : end + 1]
-    steps = steps_within(losses, begin, end)
+    steps, longest = steps_within(losses, begin, end), SHORT / (flow.a + flow.d)
     winding[0], housing[0] = ambient + x0, ambient + x1
-    peak, peak_time, time = x0, 0.0, 0.0
+    inside, inside_time, time = -np.inf, 0.0, 0.0
     for k in range(len(lengths)):
-        ww, wh, hw, hh = steps.ww[k], steps.wh[k], steps.hw[k], steps.hh[k]
-        add_w, add_h, length = steps.add_w[k], steps.add_h[k], lengths[k]
-        pieces = 1 + int(min(511.0, 5.0 * length * (flow.a + flow.d)))  # a fifth of the shorter time constant
-        if pieces > 1:
-            length, m00 = length / pieces, flow.growth * squares[k] - flow.a
-            p, q, u, v = _exact(length, m00, flow.b, flow.c, -flow.d)
-            piece = step_of(flow, m00, squares[k], loss[k], p, q, u, v)
-            ww, wh, hw, hh, add_w, add_h = piece.ww, piece.wh, piece.hw, piece.hh, piece.add_w, piece.add_h
-        for _ in range(pieces):
-            x0, x1 = x0 + add_w + wh * x1 + ww * x0, x1 + add_h + hw * x0 + hh * x1
-            time += length
-            if x0 > LATER * peak:
-                peak, peak_time = x0, time
+        if lengths[k] > longest:
+            rise, at = _highest_within(flow, lengths[k], squares[k], loss[k], x0, x1)
+            if rise > inside:
+                inside, inside_time = rise, time + at
+        x0, x1 = (
+            (x0 + steps.ww[k] * x0) + (steps.add_w[k] + steps.wh[k] * x1),
+            (x1 + steps.hh[k] * x1) + (steps.add_h[k] + steps.hw[k] * x0),
+        )
         winding[k + 1], housing[k + 1] = ambient + x0, ambient + x1
-    return peak, peak_time
+        time += lengths[k]
+    highest = -np.inf
+    for k in range(len(winding)):
+        highest = larger(highest, winding[k])
+    peak, time, k = highest - ambient, 0.0, 0
+    if inside > peak + SAME * abs(peak):
+        return inside, inside_time
+    while k < len(lengths) and winding[k] < highest - SAME * abs(peak):
+        time += lengths[k]
+        k += 1
+    return peak, time
+
+
+@law(fastmath=CHAIN)
+def _highest_within(flow: Any, length: Any, square: Any, loss: Any, x0: Any, x1: Any) -> Any:
+    """Largest rise of the winding at the ends of equal pieces of a long interval that begins with these rises, and its
+    time in it.
+    """
+    pieces = 1 + int(min(511.0, length * (flow.a + flow.d) / SHORT))
+    piece, m00, highest, at = length / pieces, flow.growth * square - flow.a, -np.inf, 0.0
+    p, q, u, v = _exact(piece, m00, flow.b, flow.c, -flow.d)
+    step = step_of(flow, m00, square, loss, p, q, u, v)
+    for k in range(pieces):
+        x0, x1 = x0 + step.ww * x0 + step.wh * x1 + step.add_w, x1 + step.hw * x0 + step.hh * x1 + step.add_h
+        if x0 > highest:
+            highest, at = x0, (k + 1) * piece
+    return highest, at
 
 
 # The periodic state of one part.
@@ -664,56 +686,53 @@ def shares_within(rate: Any, steps: Any, share: Any) -> None:
             share[k] = -math.expm1(-rate * steps[k])
 
 
+class Responses(NamedTuple):
+    """Largest values of the first-order responses to two series, and of their sum."""
+
+    first: float
+    second: float
+    both: float
+
+
 @law(fastmath=CHAIN)
-def response(share: Any, values: Any) -> Any:
-    """What a first-order response reaches from 0 with values that are constant from sample to sample."""
-    reached = 0.0
-    for k in range(len(share)):
-        reached = reached * (1.0 - share[k]) + values[k] * share[k]
-    return reached
+def responses(periods: Any, rate: Any, first: Any, second: Any, memory: Any) -> Any:
+    """First-order responses to two series that are constant from sample to sample; sets ``memory[0]`` to that of the
+    first at the samples.
 
-
-@law(fastmath=FAST)
-def most_left(periods: Any, rate: Any, values: Any, share: Any) -> Any:
-    """Largest first-order response that a part leaves when it is repeated; ``share`` is set to ``shares_within``.
-
-    If the rate is NaN (unknown), each part has its mean.
+    Each part begins with the most that a part leaves of either when it is repeated: no order of the parts gives more.
+    If the rate is NaN (unknown), each part has its means. What a part begins with decays and is added last, so that
+    both responses of a part are computed in one pass.
     """
-    most = -np.inf
+    one, two, decay = memory[0], memory[1], memory[2]
+    most_one, most_two = -np.inf, -np.inf
     for i in range(len(periods.shares)):
         begin, end = intervals(periods, i)
-        steps, value, left, length = periods.step[begin:end], values[begin:end], 0.0, 0.0
-        for k in range(len(steps)):
-            left += value[k] * steps[k]
-            length += steps[k]
-        left /= length
+        after, steps, wanted, other = periods.edges[i + 1], periods.step[begin:end], first[begin:end], second[begin:end]
+        x, y, kept, length = 0.0, 0.0, 1.0, 0.0
         if known(rate):
-            covered = share[begin:end]
-            shares_within(rate, steps, covered)
-            left = response(covered, value) / -math.expm1(-rate * length)
+            reached, reaches, share = one[begin:end], two[begin:end], decay[begin:end]
+            shares_within(rate, steps, share)
+            for k in range(len(steps)):
+                gone, left = share[k], 1.0 - share[k]
+                reached[k], reaches[k], share[k] = x, y, kept
+                x, y, kept = x * left + wanted[k] * gone, y * left + other[k] * gone, kept * left
+                length += steps[k]
+            one[after - 1], two[after - 1], decay[after - 1] = x, y, kept
+            covered = -math.expm1(-rate * length)
         else:
-            share[begin:end] = left
-        most = max(most, left)
-    return most
-
-
-@law(fastmath=CHAIN)
-def highest_response(periods: Any, rate: Any, values: Any, out: Any, start: Any) -> Any:
-    """Set the first-order response to values that are constant from sample to sample, after ``most_left``; its largest
-    value.
-
-    Each part begins with ``start``, at least the most that a part leaves: no order of the parts gives more.
-    """
-    largest = start
-    for i in range(len(periods.shares)):
-        begin, end = intervals(periods, i)
-        value, share, answer = values[begin:end], out[begin:end], start
-        for k in range(len(value) if known(rate) else 0):
-            gone, share[k] = share[k], answer
-            answer = answer * (1.0 - gone) + value[k] * gone
-            largest = larger(largest, answer)
-        out[periods.edges[i + 1] - 1] = answer if known(rate) else out[begin]
-    return largest
+            for k in range(len(steps)):
+                x += wanted[k] * steps[k]
+                y += other[k] * steps[k]
+                length += steps[k]
+            covered = length
+            one[begin:after], two[begin:after], decay[begin:after] = x / length, y / length, 0.0
+        most_one, most_two = max(most_one, x / covered), max(most_two, y / covered)
+    largest_one, largest_two, largest = most_one, most_two, most_one + most_two
+    for t in range(len(periods.step)):
+        x, y = one[t] + most_one * decay[t], two[t] + most_two * decay[t]
+        one[t] = x
+        largest_one, largest_two, largest = larger(largest_one, x), larger(largest_two, y), larger(largest, x + y)
+    return Responses(largest_one, largest_two, largest)
 
 
 @law(fastmath=FAST)
@@ -725,24 +744,16 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
     """
     peak = heat.peak
     cold, slope = per_torque(copper, heat.magnets)
-    resistance, rise, total = (
-        nodes.inner if nodes.inner > 0.0 else nodes.outer,
-        losses.memory[0],
-        losses.memory[1],
-    )
-    rate = 1.0 / (resistance * nodes.winding)
-    held = most_left(periods, rate, losses.held, rise)
-    if not (highest_response(periods, rate, losses.held, rise, held) > 0.0 and peak < np.inf):
+    resistance = nodes.inner if nodes.inner > 0.0 else nodes.outer
+    found = responses(periods, 1.0 / (resistance * nodes.winding), losses.held, losses.square, losses.memory)
+    if not (found.first > 0.0 and peak < np.inf):
         return peak
-    for k in range(len(total)):
-        total[k] = losses.square[k] + losses.held[k]
-    start = held + most_left(periods, rate, losses.square, losses.memory[2])
-    largest = highest_response(periods, rate, total, losses.memory[2], start)
-    if resistance * slope * largest >= 1.0:
+    growth, rise = resistance * slope * found.both, losses.memory[0]
+    if growth >= 1.0:
         return np.inf
-    scale = resistance * (cold + slope * (heat.peak - ambient)) / (1.0 - resistance * slope * largest)
-    for k in range(len(total) - 1):
-        peak = larger(peak, losses.winding_at[k] + scale * rise[k])
+    scale = resistance * (cold + slope * (heat.peak - ambient)) / (1.0 - growth)
+    for t in range(len(periods.step)):
+        peak = larger(peak, losses.winding_at[t] + scale * rise[t])
     return peak
 
 
@@ -763,20 +774,15 @@ def hottest_bound(nodes: Any, copper: Any, periods: Any, losses: Any, parts: Any
     It takes the resistance at the warmest instant for all times, and the housing temperature that results from it.
     """
     cold, slope = per_torque(copper, magnets)
-    rate, own = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding)
-    total, memory, square, lost = losses.memory[1], losses.memory[2], 0.0, 0.0
+    rate, own, square, lost = 1.0 / (nodes.outer * nodes.housing), 1.0 / (nodes.inner * nodes.winding), 0.0, 0.0
     for i in range(len(parts)):
         square += periods.shares[i] * parts[i].square
         lost += periods.shares[i] * parts[i].loss
-    for k in range(len(total)):
-        total[k] = losses.square[k] + losses.held[k]
     if known(rate):
-        most = most_left(periods, rate, losses.square, memory)
-        square = max(square, highest_response(periods, rate, losses.square, memory, most))
-        most = most_left(periods, rate, losses.housing, memory)
-        lost = max(lost, highest_response(periods, rate, losses.housing, memory, most))
-    # One part may leave the warmest winding, another one the warmest phase.
-    start = most_left(periods, own, losses.square, memory) + most_left(periods, own, losses.held, memory)
-    heating = nodes.outer * square + nodes.inner * highest_response(periods, own, total, memory, start)
+        slow = responses(periods, rate, losses.square, losses.housing, losses.memory)
+        square, lost = max(square, slow.first), max(lost, slow.second)
+    # one part may leave the warmest winding, another one the warmest phase
+    quick = responses(periods, own, losses.square, losses.held, losses.memory)
+    heating = nodes.outer * square + nodes.inner * quick.both
     left = 1.0 - slope * heating
     return ambient + (nodes.outer * lost + cold * heating) / left if left > 0.0 else np.inf

@@ -75,14 +75,13 @@ from drivetrain.drive.stops import (
 )
 from drivetrain.drive.thermal.periodic_heat import (
     copper_of,
-    highest_response,
     hottest_bound,
     hottest_phase,
     interval_means,
-    most_left,
     part_means,
     periodic_heat,
     quick_nodes,
+    responses,
     thermal_nodes,
     trace_own_periods,
 )
@@ -388,8 +387,7 @@ def heating_allowance(case: Any, motion: Any, traces: Any) -> Any:
         rests = (before[t] > 1.0) & (after[t] > 1.0)
         losses.held[t] = squared_current(rests, rms, square, torque[t], losses.held[t])
     losses.held[last] = squared_current(phase[last] > 1.0, rms, square, torque[last], losses.held[last])
-    most = most_left(motion.periods, rate, losses.held, losses.memory[0])
-    largest_square = max(largest_square, highest_response(motion.periods, rate, losses.held, losses.memory[0], most))
+    largest_square = max(largest_square, responses(motion.periods, rate, losses.held, losses.held, losses.memory).first)
     limit = known_or(stated_limit, LEAST_LIMIT)
     largest_square *= (
         torque_constant(case.motor, figures.magnet_temperature) / torque_constant(case.motor, WARMEST)
