@@ -33,7 +33,7 @@ import numpy as np
 
 from drivetrain.arm.lists import BookArm, arm_from_lists
 from drivetrain.arrays import Array, axes_of, checked_array, checked_number
-from drivetrain.dynamics.forward import articulated_body
+from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.from_positions import torque_from_positions
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, tip_torque, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
@@ -91,7 +91,7 @@ def ForwardDynamics(
     """The accelerations due to joint torques, (n,); sections 8.5 and 8.11."""
     chain = _chain(Mlist, Glist, Slist, g)
     q, qd, tau = _posture(chain, {"thetalist": thetalist, "dthetalist": dthetalist, "taulist": taulist})
-    return articulated_body(chain.arm, q, qd, tau / chain.scale**2, tip_wrench=_tip(_vector(Ftip))) / chain.scale
+    return forward_dynamics(chain.arm, q, qd, tau / chain.scale**2, tip_wrench=_tip(_vector(Ftip))) / chain.scale
 
 
 def EulerStep(thetalist: Any, dthetalist: Any, ddthetalist: Any, dt: float) -> tuple[Array, Array]:
@@ -159,7 +159,7 @@ def ForwardDynamicsTrajectory(
     for row in range(len(torques) - 1):
         now = (q[row], qd[row])
         for _ in range(int(turns)):
-            now = EulerStep(*now, articulated_body(chain.arm, *now, torques[row], tip_wrench=tips[row]), step)
+            now = EulerStep(*now, forward_dynamics(chain.arm, *now, torques[row], tip_wrench=tips[row]), step)
         q[row + 1], qd[row + 1] = now
     return q / chain.scale, qd / chain.scale
 

@@ -26,7 +26,7 @@ from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.core.records import LINK, ROTOR
 from drivetrain.dynamics.core.recursion import LINKS_ALONE
 from drivetrain.effects.motor.winding_heat import WindingHeat
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.jit import callback
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.records import as_records, record_type
@@ -146,8 +146,7 @@ class Commander:
             for task in study.joints
             if len(task.counterbalances) > 3 or any(one.angles for one in task.counterbalances)
         ]
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
         self.joints: tuple[str, ...] = tuple(given.joints)
         """Names, in the order of all arrays."""
         self.rate: float = float(rate)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 from drivetrain.arrays import Array
 from drivetrain.drive.linear_interval import mean_square
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
-from drivetrain.errors import Fault, InputError, member_of
+from drivetrain.errors import Fault, member_of, raise_faults
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known
 from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
@@ -84,9 +84,7 @@ class Amplifier:
             "standby_power": NOT_NEGATIVE,
             "price": NOT_NEGATIVE,
         }
-        faults = range_faults("amplifier", self, ranges, required=("modulation",))
-        if faults:
-            raise InputError(faults)
+        raise_faults(range_faults("amplifier", self, ranges, required=("modulation",)))
 
 
 _SHEET_RANGES = {
@@ -138,9 +136,7 @@ class AmplifierSheet:
     source: str = ""
 
     def __post_init__(self) -> None:
-        faults = range_faults(f"amplifier {self.key}", self, _SHEET_RANGES)
-        if faults:
-            raise InputError(faults)
+        raise_faults(range_faults(f"amplifier {self.key}", self, _SHEET_RANGES))
 
 
 @dataclass(frozen=True)
@@ -178,8 +174,7 @@ class Supply:
         for one, other in (("max_voltage", "capacity"), ("threshold", "resistance"), ("resistance", "threshold")):
             if getattr(self, one) is not None and getattr(self, other) is None:
                 faults.append(Fault(f"supply.{other}", f"is needed beside {one}"))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
     @property
     def braking_power(self) -> float | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, nearest, raise_faults
 from drivetrain.jit import law
 
 BRAKE_KINDS = ("spring", "permanent_magnet")
@@ -69,8 +69,7 @@ class Brake:
                 faults.append(
                     Fault(f"{owner}.{name}", "must be one of " + ", ".join(known), value, nearest(str(value), known))
                 )
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
 
 LEAST_ENERGY = 26.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.jit import law
 
 _RANGES = {
@@ -88,8 +88,7 @@ class Counterbalance:
         if not faults and not (pulls or self.torque or self.torques or self.mass):
             hint = "one of stiffness, gas_force, torque, torques"
             faults.append(Fault("counterbalance", "says no torque", hint=hint))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
 
 @law

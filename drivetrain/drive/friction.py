@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, Range, range_faults
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.jit import law
 from drivetrain.records import known, known_or
 from drivetrain.units import Factor, Share, Speed, Torque, ViscousFriction
@@ -75,8 +75,7 @@ class Friction:
             faults.append(Fault("friction.stribeck_speed", "says nothing without static", self.stribeck_speed, hint))
         if not faults and self.tanh_speed is not None and self.static is not None:
             faults.append(Fault("friction.tanh_speed", "does not go with static, which a smooth law has not"))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
 
 FRICTIONLESS = Friction()

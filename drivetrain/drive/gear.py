@@ -12,7 +12,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.friction import direction
 from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.jit import law
 from drivetrain.records import as_record, known, known_or
 
@@ -193,8 +193,7 @@ class Gear:
             faults.append(Fault(f"{owner}.torque_1", problem, self.torque_1))
         if self.kind not in GEAR_KINDS:
             faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), GEAR_KINDS)))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
     @property
     def direct(self) -> bool:

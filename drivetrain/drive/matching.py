@@ -18,7 +18,7 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.drive import Drive, loss_speed, motor_torque, resting, shaft_friction
 from drivetrain.drive.gear import DRAG_REFERENCE, Gear, drag_torque, mesh
 from drivetrain.drive.ranges import EFFICIENCY, POSITIVE, is_number_in
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 
 _REAL = 1e-7  # relative imaginary part below which a root counts as real
 STARTING = 0.7  # exponent of 1/ratio in the breakaway torque of a strain-wave gear
@@ -247,9 +247,9 @@ def _positive_roots(coefficients: list[float]) -> list[float]:
 
 def _check_positive(values: dict[str, float]) -> None:
     """Raise one error that lists all values that are not positive."""
-    faults = [Fault(name, POSITIVE.words, value) for name, value in values.items() if not is_number_in(POSITIVE, value)]
-    if faults:
-        raise InputError(faults)
+    raise_faults(
+        Fault(name, POSITIVE.words, value) for name, value in values.items() if not is_number_in(POSITIVE, value)
+    )
 
 
 # A gear as a member of a family with any ratio in a range and, where fitted to a catalogue series, of any size.

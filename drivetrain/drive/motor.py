@@ -17,7 +17,7 @@ from drivetrain.drive.brake import NO_BRAKE, Brake
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, TEMPERATURE, Range, range_faults
 from drivetrain.drive.thermal.exponentials import first, second
-from drivetrain.errors import Fault, Faults, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.jit import kernel, law
 from drivetrain.records import known_or
 
@@ -130,8 +130,7 @@ class Motor:
         faults = range_faults(owner, self, _RANGES, required=_REQUIRED)
         if self.kind not in MOTOR_KINDS:
             faults.append(Fault(f"{owner}.kind", "unknown kind", self.kind, nearest(str(self.kind), MOTOR_KINDS)))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
 
 def braked(motor: Motor, brake: Brake) -> Motor:
@@ -371,17 +370,13 @@ def exact_current_step(
     for name, value in given.items():
         faults.attempt(checked_array, value, (None,) * max(axes_of(value), 0), name)
     faults.raise_any()
-    arrays = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
-    return _stepped(motor, arrays, step, winding_resistance(motor, winding), torque_constant(motor, magnets))
-
-
-def _stepped(motor: Motor, given: dict[str, Array], step: float, resistance: float, constant: float) -> CurrentStep:
-    """The step for validated values."""
+    resistance, constant = winding_resistance(motor, winding), torque_constant(motor, magnets)
     if not resistance > 0.0:
         raise InputError(Fault("winding_temperature", "leaves the winding no resistance", resistance))
-    start, at_end = given["current"], current_reach(resistance, motor.inductance or 0.0, step)
-    missing = given["voltage"] - constant * given["speed"] - resistance * start
-    return CurrentStep(*(np.asarray(start + reach * missing) for reach in at_end))
+    start, volts, turning = (np.asarray(value, dtype=np.float64) for value in given.values())
+    missing = volts - constant * turning - resistance * start
+    end, mean = current_reach(resistance, motor.inductance or 0.0, step)
+    return CurrentStep(np.asarray(start + end * missing), np.asarray(start + mean * missing))
 
 
 @kernel

@@ -22,7 +22,7 @@ from typing import Annotated, Literal
 
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, Range, range_faults
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.units import Efficiency, Quantity
 
 STEEL_MODULUS, STEEL_DENSITY = 2.06e11, 7850.0  # Pa, kg/m^3
@@ -133,8 +133,7 @@ class Stage:
         for name in needs:
             if getattr(self, name) is None:
                 faults.append(Fault(f"stage.{name}", f"is needed for a {self.type}"))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
     @property
     def travel(self) -> float | None:

@@ -19,7 +19,7 @@ from drivetrain.arm.checks import checked_pose
 from drivetrain.arm.kinematics import displacements
 from drivetrain.arrays import Array, checked_array, frozen_array, read_only
 from drivetrain.dynamics.core.frames import FRAME, ROW, close_loop, move_frame
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.spatial.poses import inverse_pose
 
 
@@ -330,6 +330,5 @@ def checked_constraints(arm: Arm, constraints: Any) -> tuple[Constraint, ...]:
             if isinstance(value, Attachment) and value.link >= arm.n:
                 problem = f"names a link that the arm does not have; it has {arm.n}, counted from 0"
                 faults.append(Fault(f"constraints[{i}].{name}", problem, value.link))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return several

@@ -53,22 +53,9 @@ def mass_matrices(model: Packed, q: Array) -> Array:
         raise InputError(Fault("q", "is too large to calculate with", float(np.abs(q).max())))
     if model.spread is None:
         return result
-    return _without_substitutes(result, model.spread[q.shape[1] :])
-
-
-def _without_substitutes(matrices: Array, turns: Array) -> Array:
-    """Mass matrices of the arm's joints, from those with separate rows for the substitute joints of coupled rotors.
-
-    With the blocks ``[[A, B], [B.T, D]]`` and substitute joints that follow by T: ``A + B T + T.T B.T + T.T D T``.
-    """
-    n = turns.shape[1]
-    result = matrices[:, :n, :n].copy()
-    for r, turn in enumerate(turns):
-        # Element by element: products of many small matrices would take ten times as long.
-        half = matrices[:, :n, n + r] + 0.5 * (matrices[:, n:, n + r] @ turns)
-        cross = half[:, :, None] * turn
-        result += cross + np.swapaxes(cross, 1, 2)
-    return result
+    # Without the separate rows of the substitute joints of coupled rotors.
+    result = model.spread.T @ (result @ model.spread)
+    return np.asarray(0.5 * (result + np.swapaxes(result, 1, 2)))
 
 
 def mass_factor(arm: Arm, q: Array) -> Array:

@@ -10,11 +10,11 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_array
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy
-from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
+from drivetrain.dynamics.forward import forward_dynamics, unchecked_accelerations
 from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.simulation.recording import Event, Recording, Series, energy_event
-from drivetrain.solvers.integrate import Rates, Solution, integrate
-from drivetrain.solvers.solver import DormandPrince853, Solver, check_positive
+from drivetrain.solvers.integrate import Rates, integrate
+from drivetrain.solvers.solver import DormandPrince853, Solution, Solver, check_positive
 
 TorqueLaw = Callable[[float, Array, Array], Any]
 DEFAULT_SOLVER = DormandPrince853()
@@ -116,7 +116,7 @@ def record(arm: Arm, solution: Solution, torque: TorqueLaw | None, about: dict[s
     given = np.zeros(q.shape)
     if torque is not None:
         given = np.array([torque(t, x, v) for t, x, v in zip(times, q, qd, strict=True)], dtype=np.float64)
-    series = joint_series(arm, q, qd, articulated_body(arm, q, qd, given), given)
+    series = joint_series(arm, q, qd, forward_dynamics(arm, q, qd, given), given)
     kinetic, potential = kinetic_energy(arm, q, qd), potential_energy(arm, q)
     energy = kinetic + potential - work
     for name, values in {

@@ -89,4 +89,4 @@ def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
             text = f"deflects by {deflection:.3g} before it slips, too little for a tolerance of {tolerance:g}"
         else:
             continue
-        yield Event(0.0, "bristles", f"{one.title} {text}; DryFriction models exact sticking at any step")
+        yield Event(0.0, "LuGre stiffness", f"{one.title} {text}; DryFriction models exact sticking at any step")

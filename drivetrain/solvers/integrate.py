@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from drivetrain.solvers.solver import (
     Adaptive,
     DormandPrince853,
     FixedStep,
+    Solution,
     Solver,
     Work,
     checked_times_and_start,
@@ -29,18 +29,6 @@ from drivetrain.solvers.solver import (
 Rates = Callable[[float, Array], Array]
 Correct = Callable[[float, Array], Array | None]
 MOST_FIXED_STEPS = 1e9  # from one breakpoint to the next
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """The states at the output times, up to where the solver came."""
-
-    times: Array  # output times [s], (N,); fewer than requested if the solver stopped early
-    states: Array  # one row per output time [the states' own units], (N, m)
-    work: Work  # counters of the computing effort
-    stopped: str = ""  # why the solver stopped early, with advice; empty if it did not
-    stopped_at: float = math.inf  # time at which it stopped [s]; the last output time if it did not stop early
-    fault_index: int | None = None  # index of the state that became NaN or infinite; None: another reason
 
 
 def integrate(
@@ -92,7 +80,7 @@ def integrate(
             fault_index = int(bad[0]) if len(bad) else None
             return Solution(output_times[: len(rows)], np.array(rows), work, stopped, stepper.t, fault_index)
         t, state = end, stepper.y
-    return Solution(output_times, np.array(rows), work, stopped_at=t)
+    return Solution(output_times, np.array(rows), work, "", t, None)
 
 
 def _counted(rates: Rates, work: Work, last: float) -> Rates:
@@ -124,8 +112,7 @@ def _by_compiled_loop(
         found = integrate_compiled(problem, solver, start, times, breakpoints=breakpoints, most_steps=most_steps)
     if raised:
         raise raised[0]
-    fault_index = found.fault_index if found.stopped else None
-    return Solution(found.times, found.states, found.work, found.stopped, found.stopped_at, fault_index)
+    return found
 
 
 def _run(

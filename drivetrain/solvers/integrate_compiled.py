@@ -13,7 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.solvers import records as r
 from drivetrain.solvers.compiled_problem import CompiledProblem, Hooks
-from drivetrain.solvers.solver import MOST_STEPS, Solver, Work, checked_times_and_start, inner_breakpoints
+from drivetrain.solvers.solver import MOST_STEPS, Solution, Solver, Work, checked_times_and_start, inner_breakpoints
 
 _FOREVER = 2**62
 
@@ -34,15 +34,10 @@ class Checkpoint:
 
 
 @dataclass(frozen=True, eq=False)
-class CompiledSolution:
-    """The states at the output times, up to where the solver came."""
+class CompiledSolution(Solution):
+    """A solution that can be continued; where there is a hook ``output``, ``states`` are the rows that it fills."""
 
-    times: Array  # output times [s], (N,); fewer than requested if the solver stopped early
-    states: Array  # one row per output time [the states' own units], (N, n), or the row that ``Hooks.output`` fills
-    work: Work  # counters of the computing effort
-    stopped: str  # why the solver stopped early, with advice; empty if it did not
-    stopped_at: float  # time at which it stopped [s]; the last output time if it did not stop early
-    fault_index: int | None  # index of the state, or of the event, that the reason names; None if it names none
+    code: int  # return code of the loop, see ``records``
     final: Array  # state at ``stopped_at``, the last valid one, (n,)
     checkpoint: Checkpoint  # from which the integration can be resumed
 
@@ -129,7 +124,7 @@ def _solution(problem: CompiledProblem, kept: Checkpoint, output_times: Array, c
     fault_index = int(count["fault_index"]) if code >= r.NOT_FINITE else None
     return CompiledSolution(
         output_times[:done].copy(), kept.rows[:done].copy(), work, _reason(problem, kept, code),
-        float(kept.run["clock"]["time"][0]), fault_index, kept.states["x"].copy(), kept,
+        float(kept.run["clock"]["time"][0]), fault_index, code, kept.states["x"].copy(), kept,
     )  # fmt: skip
 
 

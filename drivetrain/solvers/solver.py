@@ -36,6 +36,18 @@ class Work:
     event_values: int = 0  # evaluations of the event functions [-]
 
 
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The states at the output times, up to where the solver came."""
+
+    times: Array  # output times [s], (N,); fewer than requested if the solver stopped early
+    states: Array  # one row per output time [the states' own units], (N, m)
+    work: Work  # counters of the computing effort
+    stopped: str  # why the solver stopped early, with advice; empty if it did not
+    stopped_at: float  # time at which it stopped [s]; the last output time if it did not stop early
+    fault_index: int | None  # index of the state, or of the event, that the reason names; None if it names none
+
+
 class Solver:
     """An integration method with its settings."""
 

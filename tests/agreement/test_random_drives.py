@@ -141,4 +141,4 @@ def test_a_random_drive_is_right_or_says_that_it_is_not(seed: int) -> None:
     solution = drawn.solved(adaptive)
     assert drawn.off(adaptive, solution) < 1e-4
     # Half the step changes what is off by 2 % at the first order by 1 %, which is said.
-    assert drawn.off(fixed, solution) < 0.02 or any(event.name in ("step", "bristles") for event in fixed.events)
+    assert drawn.off(fixed, solution) < 0.02 or any(event.name in ("step", "LuGre stiffness") for event in fixed.events)

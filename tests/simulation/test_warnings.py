@@ -81,7 +81,7 @@ def test_a_step_longer_than_the_motion() -> None:
 def test_bristles_too_stiff_to_be_seen(engine: Engine, stiffness: float, told: bool) -> None:
     bristles: list[Effect] = [dt.LuGreFriction(stiffness, 1.0, 1.5, damping=0.1 * stiffness**0.5), dt.WallSpring(100.0)]
     run = dt.simulate(dt.joint_scene(1.0, bristles, 2.0, position=0.103), solver=engine, interval=0.1)
-    assert bool(named(run, "bristles")) == told
+    assert bool(named(run, "LuGre stiffness")) == told
     if not told:  # stops after five half cycles, as with Coulomb friction, at -0.003 less what static friction changes
         assert run["joint.position"][-1] == pytest.approx(-0.00296, abs=3e-5)
 

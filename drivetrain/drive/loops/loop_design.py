@@ -27,7 +27,7 @@ from drivetrain.drive.loops.servo_axis import (
     sampled_limit,
     servo_plant,
 )
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 
 if TYPE_CHECKING:
     from control import StateSpace, TransferFunction
@@ -205,8 +205,7 @@ def design_loops(
         faults.append(Fault("modulus_margin", "must be above 0 and below 1", modulus_margin))
     if lightest is not None and not 0.0 < lightest <= axis.load_inertia:
         faults.append(Fault("lightest", "must be positive and no more than the axis's load [kg m^2]", lightest))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     axes = [axis] if lightest in (None, axis.load_inertia) else [axis, replace(axis, load_inertia=lightest)]
     servos = [_Servo.of(one, timing, wanted) for one in axes]
     if speed_bandwidth is not None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.ranges import FINITE, NOT_NEGATIVE, POSITIVE, range_faults
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 
 _RANGES = {
     "torque_constant": POSITIVE, "ratio": FINITE, "rotor_inertia": POSITIVE, "load_inertia": POSITIVE,
@@ -54,8 +54,7 @@ class ServoAxis:
         faults = range_faults("ServoAxis", self, _RANGES, required=[name for name in _RANGES if name != "stiffness"])
         if self.ratio == 0:
             faults.append(Fault("ServoAxis.ratio", "must not be 0", self.ratio))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
     @property
     def whole_inertia(self) -> float:
@@ -85,8 +84,7 @@ class ServoTiming:
             faults.append(Fault("ServoTiming.period", "must not be negative [s]", self.period))
         if self.delay != int(self.delay) or self.delay < 0:
             faults.append(Fault("ServoTiming.delay", "must be a whole number of samples from 0", self.delay))
-        if faults:
-            raise InputError(faults)
+        raise_faults(faults)
 
     @property
     def lag(self) -> float:

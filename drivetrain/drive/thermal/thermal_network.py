@@ -8,7 +8,7 @@ from drivetrain.arrays import checked_number
 from drivetrain.drive.motor import Motor
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, TEMPERATURE, range_faults
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
-from drivetrain.errors import InputError
+from drivetrain.errors import raise_faults
 from drivetrain.records import UNKNOWN, as_record, known
 
 
@@ -40,9 +40,7 @@ class ThermalNetwork:
             "ambient": TEMPERATURE,
         }
         needed = ("resistance_winding_housing", "resistance_housing_ambient", "ambient")
-        faults = range_faults("thermal network", self, ranges, required=needed)
-        if faults:
-            raise InputError(faults)
+        raise_faults(range_faults("thermal network", self, ranges, required=needed))
 
     @property
     def winding_time_constant(self) -> float | None:

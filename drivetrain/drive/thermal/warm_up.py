@@ -26,7 +26,7 @@ from drivetrain.drive.thermal.periodic_heat import (
     set_steps,
 )
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.jit import kernel
 from drivetrain.records import as_record
 
@@ -84,8 +84,7 @@ def warm_up(
         faults.append(Fault("network.winding_capacity", problem))
     if amperes.size < 2:
         faults.append(Fault("current", "must be at least two samples of a cycle", amperes.tolist()))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     losses, ambient, copper = new_losses(amperes.size), network.ambient, copper_of(as_record(motor), network.ambient)
     loss = np.zeros(amperes.size) if housing_loss is None else housing_loss
     clock, loss = checked_array(time, amperes.shape, "time"), checked_array(loss, amperes.shape, "housing_loss")

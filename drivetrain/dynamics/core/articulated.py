@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, JOINT, JOINT_ALONE, block_type
+from drivetrain.dynamics.core.blocks import BLOCK, JOINT, JOINT_ALONE, block_types
 from drivetrain.dynamics.core.composite import (
     BODY,
     BODY_ALONE,
@@ -44,23 +44,18 @@ from drivetrain.jit import kernel
 SINGULAR = 1e-12
 
 # Articulated inertia of a link and all after it, [[I, H], [H^T, M]] for (angular, linear); their mass and the integral
-# of r^2 dm, or more; the first joint from the tip that moves no inertia, or -1.
-INERTIA_ROWS = (
+# of r^2 dm, or more; the number of the first joint from the tip that moves no inertia, from 1 on, or 0.
+INERTIA, INERTIA_ALONE = block_types(
     *("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
     *("hxx", "hxy", "hxz", "hyx", "hyy", "hyz", "hzx", "hzy", "hzz"),
     *("mxx", "myy", "mzz", "mxy", "mxz", "myz"),
     *("mass", "polar", "stuck"),
 )
-INERTIA, INERTIA_ALONE = block_type(*INERTIA_ROWS), block_type(*INERTIA_ROWS, lanes=1)
-
 # Of a joint: wrench on its link per unit acceleration of the joint; the inertia that the joint moves, and its
 # inverse; torque, then acceleration with the previous link held, then acceleration.
-RESPONSE_ROWS = ("fx", "fy", "fz", "nx", "ny", "nz", "moved", "mobility", "qdd")
-RESPONSE, RESPONSE_ALONE = block_type(*RESPONSE_ROWS), block_type(*RESPONSE_ROWS, lanes=1)
-
+RESPONSE, RESPONSE_ALONE = block_types("fx", "fy", "fz", "nx", "ny", "nz", "moved", "mobility", "qdd")
 # Acceleration of a link that is added to its motion without joint accelerations.
-CHANGE_ROWS = ("dx", "dy", "dz", "ax", "ay", "az")
-CHANGE, CHANGE_ALONE = block_type(*CHANGE_ROWS), block_type(*CHANGE_ROWS, lanes=1)
+CHANGE, CHANGE_ALONE = block_types("dx", "dy", "dz", "ax", "ay", "az")
 
 
 @kernel
@@ -73,10 +68,10 @@ def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Ar
     n, m = q.shape[1], len(rotors)
     joints, motions, bodies = np.empty(n + 1, JOINT), np.zeros(n + 2, LINKS), np.empty(n + 1, BODY)
     wrenches, responses = np.empty(m, WRENCH), np.empty(n, RESPONSE)
-    inertia, change, own = np.empty(1, INERTIA), np.empty(1, CHANGE), rotor_inertias(links, rotors, n)
+    own = rotor_inertias(links, rotors, n)
     set_base(motions[0], gravity)
     for first in range(0, len(q), BLOCK):
-        count = min(BLOCK, len(q) - first)
+        count, inertia, change = min(BLOCK, len(q) - first), np.zeros(1, INERTIA), np.zeros(1, CHANGE)
         size = read(joints, q, qd, tau, first, count)
         move(links, rotors, joints, motions, responses, size)
         if len(tip):
@@ -85,8 +80,8 @@ def articulated_accelerations(arm: Any, q: Array, qd: Array, tau: Array, tip: Ar
         eliminate(links, rotors, own, joints, motions, bodies, wrenches, responses, inertia[0])
         accelerate(links, joints, responses, change[0])
         for k in range(count):
-            if inertia[0].stuck[k] >= 0.0:
-                return first + k, int(inertia[0].stuck[k])
+            if inertia[0].stuck[k] > 0.0:
+                return first + k, int(inertia[0].stuck[k]) - 1
             for i in range(n):
                 qdd[first + k, i] = responses[i].qdd[k] + 0.0 * size
     return -1, -1
@@ -99,7 +94,7 @@ def accelerations_alone(arm: Any, q: Array, qd: Array, tau: Array, tip: Array, q
     n, m, size = len(q), len(rotors), 0.0
     joints, motions, bodies = np.empty(n + 1, JOINT_ALONE), np.zeros(n + 2, LINKS_ALONE), np.empty(n + 1, BODY_ALONE)
     wrenches, responses = np.empty(m, WRENCH_ALONE), np.empty(n, RESPONSE_ALONE)
-    inertia, change, own = np.empty(1, INERTIA_ALONE), np.empty(1, CHANGE_ALONE), rotor_inertias(links, rotors, n)
+    inertia, change, own = np.zeros(1, INERTIA_ALONE), np.zeros(1, CHANGE_ALONE), rotor_inertias(links, rotors, n)
     set_base(motions[0], gravity)
     for i in range(n):
         size += read_alone(joints[i], q[i], qd[i], tau[i])
@@ -111,7 +106,7 @@ def accelerations_alone(arm: Any, q: Array, qd: Array, tau: Array, tip: Array, q
     accelerate(links, joints, responses, change[0])
     for i in range(n):
         qdd[i] = responses[i].qdd[0] + 0.0 * size
-    return int(inertia[0].stuck[0])
+    return int(inertia[0].stuck[0]) - 1
 
 
 @exact
@@ -150,8 +145,7 @@ def eliminate(
     links: Any, rotors: Any, own: Array, joints: Any, motions: Any, bodies: Any, wrenches: Any, responses: Any,
     inertia: Any,
 ) -> None:  # fmt: skip
-    """Eliminate the joints' accelerations from tip to base."""
-    clear_inertia(inertia)
+    """Eliminate the joints' accelerations from tip to base; ``inertia`` is zero at first."""
     for i in range(len(responses) - 1, -1, -1):
         link, joint, motion, response = links[i], joints[i], motions[i + 1], responses[i]
         add_body(bodies[i], inertia)
@@ -172,17 +166,6 @@ def eliminate(
         free_link(response, inertia, motion)
         screw_back(link, joint, motions[i], motion)
         inertia_back(link, joint, inertia)
-
-
-@exact
-def clear_inertia(inertia: Any) -> None:
-    """Set an articulated inertia to zero."""
-    for k in range(len(inertia.ixx)):
-        inertia.ixx[k] = inertia.iyy[k] = inertia.izz[k] = inertia.ixy[k] = inertia.ixz[k] = inertia.iyz[k] = 0.0
-        inertia.hxx[k] = inertia.hxy[k] = inertia.hxz[k] = inertia.hyx[k] = inertia.hyy[k] = inertia.hyz[k] = 0.0
-        inertia.hzx[k] = inertia.hzy[k] = inertia.hzz[k] = inertia.mass[k] = inertia.polar[k] = 0.0
-        inertia.mxx[k] = inertia.myy[k] = inertia.mzz[k] = inertia.mxy[k] = inertia.mxz[k] = inertia.myz[k] = 0.0
-        inertia.stuck[k] = -1.0
 
 
 @exact
@@ -255,7 +238,7 @@ def free_joint(i: int, link: Any, own: float, joint: Any, motion: Any, inertia: 
         whole = turn * turn * inertia.polar[k] + slide * slide * inertia.mass[k] + own
         moves = response.moved[k] > SINGULAR * whole
         mobility = 1.0 / response.moved[k] if moves else 0.0
-        inertia.stuck[k] = inertia.stuck[k] if moves or inertia.stuck[k] >= 0.0 else float(i)
+        inertia.stuck[k] = inertia.stuck[k] if moves or inertia.stuck[k] > 0.0 else i + 1.0
         response.mobility[k] = mobility
         response.qdd[k] = mobility * (response.qdd[k] - turn * motion.nz[k] - slide * motion.fz[k] - joint.rotor[k])
 
@@ -370,9 +353,7 @@ def wrench_on(link: Any, joint: Any, wrench: Any) -> None:
 
 @exact
 def accelerate(links: Any, joints: Any, responses: Any, change: Any) -> None:
-    """Compute the accelerations from base to tip."""
-    for k in range(len(change.dx)):
-        change.dx[k] = change.dy[k] = change.dz[k] = change.ax[k] = change.ay[k] = change.az[k] = 0.0
+    """Compute the accelerations from base to tip; ``change`` is zero at first."""
     for i in range(len(responses)):
         accelerate_link(links[i], joints[i], responses[i], change)
 

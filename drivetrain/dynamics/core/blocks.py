@@ -23,14 +23,14 @@ TWO_OVER_PI = 2.0 / math.pi
 fast = law(fastmath=True)
 
 
-def block_type(*names: str, lanes: int = BLOCK) -> np.dtype:
-    """A record of rows of samples, each with a name."""
-    return np.dtype([(name, np.float64, (lanes,)) for name in names])
+def block_types(*names: str, block: int = BLOCK) -> tuple[np.dtype, np.dtype]:
+    """Records of rows of samples, each with a name: for the samples of a block, and for a single sample."""
+    several, one = (np.dtype([(name, np.float64, (lanes,)) for name in names]) for lanes in (block, 1))
+    return several, one
 
 
 # Position, speed, acceleration; cosine and sine of the angle; torque of its rotor, and total torque of the joint.
-JOINT_ROWS = ("q", "qd", "qdd", "cos", "sin", "rotor", "torque")
-JOINT, JOINT_ALONE = block_type(*JOINT_ROWS), block_type(*JOINT_ROWS, lanes=1)
+JOINT, JOINT_ALONE = block_types("q", "qd", "qdd", "cos", "sin", "rotor", "torque")
 
 
 @exact

@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_type, fast, read_row, sincos, sum_of_squares
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, block_types, fast, read_row, sincos, sum_of_squares
 from drivetrain.dynamics.core.records import MOMENTS
 from drivetrain.jit import kernel
 
-BODY, BODY_ALONE = block_type(*MOMENTS), block_type(*MOMENTS, lanes=1)
-WRENCH_ROWS = ("fx", "fy", "fz", "nx", "ny", "nz")
-WRENCH, WRENCH_ALONE = block_type(*WRENCH_ROWS), block_type(*WRENCH_ROWS, lanes=1)
+BODY, BODY_ALONE = block_types(*MOMENTS)
+WRENCH, WRENCH_ALONE = block_types("fx", "fy", "fz", "nx", "ny", "nz")
 
 
 @kernel

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, block_type, fast, sincos
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, block_types, fast, sincos
 from drivetrain.dynamics.core.recursion import moments, read, read_alone
 from drivetrain.dynamics.core.vectors import Vector, cross, dot, exact, minus, plus, times
 from drivetrain.jit import kernel
@@ -62,7 +62,7 @@ BODY, BODY_ALONE = (
     for lanes in (GROUP, 1)
 )
 
-ENTRY, ENTRY_ALONE = (block_type("by_q", "by_qd", "by_qdd", lanes=lanes) for lanes in (GROUP, 1))
+ENTRY, ENTRY_ALONE = block_types("by_q", "by_qd", "by_qdd", block=GROUP)
 
 
 @kernel
@@ -72,7 +72,7 @@ def differentiate(
 ) -> float:  # fmt: skip
     """Fill the derivatives; returns 0, or NaN if a number is NaN, infinite, or beyond 1e154."""
     n, m, bad = q.shape[1], len(rotors), 0.0
-    joints, bodies, entries = np.empty(n + m, JOINT), np.zeros(n + m + 1, BODY), np.empty((n, n), ENTRY)
+    joints, bodies = np.empty(n + m, JOINT), np.zeros(n + m + 1, BODY)
     rest(bodies[n + m], gravity)
     for block in range(0, len(q), BLOCK):
         count = min(BLOCK, len(q) - block)
@@ -80,7 +80,7 @@ def differentiate(
         bad += 0.0 * size
         angles(links, rotors, joints, n, size)
         for at in range(0, count, GROUP):
-            first, some = block + at, min(GROUP, count - at)
+            first, some, entries = block + at, min(GROUP, count - at), np.zeros((n, n), ENTRY)
             fill(links, rotors, joints, at, bodies, entries, tip, first, some, by_q, by_qd, by_qdd)
     return bad
 
@@ -95,7 +95,7 @@ def derivatives_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, res
     for i in range(n):
         size += read_alone(joints[i], q[i], qd[i], qdd[i])
     angles(links, rotors, joints, n, size)
-    entries, first, one = np.empty((n, n), ENTRY_ALONE), np.int64(0), np.int64(1)
+    entries, first, one = np.zeros((n, n), ENTRY_ALONE), np.int64(0), np.int64(1)
     fill(links, rotors, joints, first, bodies, entries, tip, first, one, result[0], result[1], result[2])
     return 0.0 * size
 
@@ -126,7 +126,10 @@ def fill(
     links: Any, rotors: Any, joints: Any, at: int, bodies: Any, entries: Any, tip: Array, first: int, some: int,
     by_q: Array, by_qd: Array, by_qdd: Array,
 ) -> None:  # fmt: skip
-    """The derivatives of a group of samples from ``first`` on, which start at ``at`` in the joints' rows."""
+    """The derivatives of a group of samples from ``first`` on, which start at ``at`` in the joints' rows.
+
+    ``entries`` are zero at first.
+    """
     n, m = by_q.shape[1], len(rotors)
     for i in range(n):
         take(joints[i], at, bodies[i])
@@ -144,7 +147,6 @@ def fill(
         respond(own)
         if rotor.carrier >= 0:
             hand_on(own, carrier)
-    clear(entries)
     for i in range(n - 1, -1, -1):
         for k in range(some):
             entries[i, i].by_qdd[k] += links[i].rotor_inertia
@@ -175,16 +177,6 @@ def fill(
                 by_q[first + k, i, j] = entries[i, j].by_q[k]
                 by_qd[first + k, i, j] = entries[i, j].by_qd[k]
                 by_qdd[first + k, i, j] = 0.5 * (entries[i, j].by_qdd[k] + entries[j, i].by_qdd[k])
-
-
-@fast
-def clear(entries: Any) -> None:
-    """Set the entries to zero."""
-    for i in range(len(entries)):
-        for j in range(len(entries)):
-            entry = entries[i, j]
-            for k in range(len(entry.by_q)):
-                entry.by_q[k] = entry.by_qd[k] = entry.by_qdd[k] = 0.0
 
 
 @fast

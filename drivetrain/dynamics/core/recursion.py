@@ -17,14 +17,15 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, block_type, fast, sincos, sum_of_squares
+from drivetrain.dynamics.core.blocks import BLOCK, FAR, JOINT, JOINT_ALONE, block_types, fast, sincos, sum_of_squares
 from drivetrain.dynamics.core.vectors import exact
 from drivetrain.jit import kernel
 
 # A link over a block of samples: angular velocity, its rate, acceleration of the origin minus gravity, then force and
 # moment through its joint, and the angular acceleration of the previous link along the joint's axis.
-LINK_ROWS = ("wx", "wy", "wz", "dx", "dy", "dz", "ax", "ay", "az", "fx", "fy", "fz", "nx", "ny", "nz", "axial")
-LINKS, LINKS_ALONE = block_type(*LINK_ROWS), block_type(*LINK_ROWS, lanes=1)
+LINKS, LINKS_ALONE = block_types(
+    "wx", "wy", "wz", "dx", "dy", "dz", "ax", "ay", "az", "fx", "fy", "fz", "nx", "ny", "nz", "axial"
+)
 
 
 @kernel
@@ -401,21 +402,16 @@ def spin(link: Any, joint: Any, own: Any, carrier: Any, body: Any, size: float) 
 
 @fast
 def push(last: Any, tip: Array, first: int, count: int) -> None:
-    """Add wrenches on the environment to that of the last link."""
-    add_column(last.nx, tip, np.int64(0), first, count)
-    add_column(last.ny, tip, np.int64(1), first, count)
-    add_column(last.nz, tip, np.int64(2), first, count)
-    add_column(last.fx, tip, np.int64(3), first, count)
-    add_column(last.fy, tip, np.int64(4), first, count)
-    add_column(last.fz, tip, np.int64(5), first, count)
-
-
-@fast
-def add_column(row: Array, samples: Array, column: int, first: int, count: int) -> None:
-    """Add a column of samples, or its only number, to a row."""
-    step = 1 if len(samples) > 1 else 0
+    """Add wrenches on the environment, or the only one, to that of the last link."""
+    step = 1 if len(tip) > 1 else 0
     for k in range(count):
-        row[k] += samples[(first + k) * step, column]
+        row = tip[(first + k) * step]
+        last.nx[k] += row[0]
+        last.ny[k] += row[1]
+        last.nz[k] += row[2]
+        last.fx[k] += row[3]
+        last.fy[k] += row[4]
+        last.fz[k] += row[5]
 
 
 @fast

@@ -19,7 +19,6 @@ UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run reports that its re
 WORK = {
     "solves": "systems of equations solved",
     "instants": "instants in the recording",
-    "parted": "substeps",
     "unsettled": "steps without convergence",
     "rejected": "steps rejected",
     "rates": "evaluations of the right-hand side",

@@ -57,9 +57,6 @@ from drivetrain.solvers.compiled_function import evaluate
 
 MOST_ITERATIONS = 60  # Newton iterations of a step, at most
 LOOPS_CANNOT_CLOSE = -1002  # returned instead of a count: the closed loops cannot be closed in this position
-JAMMED_MESSAGE = "the equations with its mesh friction have no solution in this position"
-NO_MODES_MESSAGE = "no combination of sticking and sliding joints satisfies the equations"
-LOOPS_MESSAGE = "the closed loops cannot be closed: the linkage does not reach this position, or is at a dead centre"
 
 
 @part

@@ -23,10 +23,6 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.core import jacobian
 from drivetrain.simulation.core.equations import (
-    JAMMED_MESSAGE,
-    LOOPS_CANNOT_CLOSE,
-    LOOPS_MESSAGE,
-    NO_MODES_MESSAGE,
     fill_row,
     outputs_at,
     pass_payloads,
@@ -36,7 +32,6 @@ from drivetrain.simulation.core.equations import (
     solve_at,
     take_samples,
 )
-from drivetrain.simulation.core.friction import NO_MODES_FOUND
 from drivetrain.simulation.core.jacobian import sparsity_pattern
 from drivetrain.simulation.core.records import (
     AT,
@@ -59,7 +54,7 @@ from drivetrain.simulation.core.records import (
     words_of,
 )
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
-from drivetrain.simulation.engines.fixed_step import mode_event, resumed
+from drivetrain.simulation.engines.fixed_step import mode_event, resumed, unsolved_event
 from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
@@ -185,6 +180,11 @@ def _segment_start(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
 MOST_EVENTS = 20_000  # mode changes stored; more are only counted
 CHUNK = 20_000  # steps between two calls of the progress callback
 REFERENCE_RTOL = 1e-6  # relative tolerance to which the absolute tolerances declared by states refer
+# Names of the events that end a run, by the return code of the solver's loop.
+STOPPED_BY = {
+    at.TOO_MANY_STEPS: "budget", at.JUMP: "jump", at.ZENO: "chattering", at.DIVERGES: "diverged",
+    at.NOT_FINITE: "diverged",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -217,56 +217,37 @@ class AdaptiveStep(Engine):
         return replace(self, solver=replace(self.solver, rtol=0.1 * self.solver.rtol, atol=finer))
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
-        """Compute the motion of a plan with adaptive steps."""
-        if options.resume is None:
-            numbers, first, kept = initial_memory(plan, options.start), 0.0, None
+        """Compute the motion of a plan with adaptive steps, in chunks with reports of the progress."""
+        kept, moving, first = options.resume, plan.memory.moving, 0.0
+        if kept is None:
+            numbers = initial_memory(plan, options.start)
         else:
-            kept, size = options.resume, plan.memory.moving
-            sizes = {"run": at.RUN.itemsize // 8, "states": size * (at.STATE.itemsize // 8)}
-            numbers = resumed(kept, plan, {**sizes, "jacobian": size * (size + 1)})
+            sizes = {"run": at.RUN.itemsize // 8, "states": moving * (at.STATE.itemsize // 8)}
+            numbers = resumed(kept, plan, {**sizes, "jacobian": moving * (moving + 1)})
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
-        start = numbers[plan.memory.view(numbers, "states")["value"][: plan.memory.moving]]
-        sparsity = sparsity_pattern(plan)[: plan.memory.moving, : plan.memory.moving]
-        numbers = _with_engine_sections(plan, numbers, sparsity)
-        problem = _problem(plan, numbers)
-        times, breaks = _output_times(plan, options, first), _break_times(plan, getattr(self.solver, "rtol", 0.0))
-        run = _Run(numbers, problem, _with_state_tolerances(self.solver, plan), start, times, breaks, self.most_steps)
-        return run.run_in_chunks(plan, options, None if kept is None else _checkpoint(kept, plan, run))
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """The arguments of the integration that are the same for all chunks of a run.
-
-    ``numbers`` is the run's memory: the problem refers to it by addresses, so it must stay alive.
-    """
-
-    numbers: Array
-    problem: CompiledProblem
-    solver: Solver
-    start: Array
-    times: Array
-    breaks: Array
-    most_steps: int
-
-    def run_in_chunks(self, plan: Plan, options: RunOptions, resume: Checkpoint | None) -> Outcome:
-        """Integrate chunk by chunk with reports of the progress, until the run has ended."""
-        stopped, end = None, plan.scene.duration
-        most_steps = self.most_steps + (0 if resume is None else int(resume.run["count"]["steps"][0]))
+        start = numbers[plan.memory.view(numbers, "states")["value"][:moving]]
+        # The problem refers to this memory by addresses, so it must stay alive.
+        numbers = _with_engine_sections(plan, numbers, sparsity_pattern(plan)[:moving, :moving])
+        problem, solver = _problem(plan, numbers), _with_state_tolerances(self.solver, plan)
+        times, breaks = _output_times(plan, options, first), _break_times(plan, self.tolerance).tolist()
+        resume, most_steps, stopped = None, self.most_steps, None
+        if kept is not None:
+            resume = _checkpoint(kept, problem, len(times))
+            most_steps += int(resume.run["count"]["steps"][0])
         while True:
             done = integrate_compiled(
-                self.problem, self.solver, self.start, self.times,
-                breakpoints=self.breaks.tolist(), most_steps=most_steps, pause_after=CHUNK, resume=resume,
+                problem, solver, start, times,
+                breakpoints=breaks, most_steps=most_steps, pause_after=CHUNK, resume=resume,
             )  # fmt: skip
-            if not done.stopped.startswith("paused"):
+            if done.code != at.PAUSED:
                 break
             resume = done.checkpoint
-            if options.progress is not None and options.progress(done.stopped_at / end) is False:
+            if options.progress is not None and options.progress(done.stopped_at / plan.scene.duration) is False:
                 stopped = Event(done.stopped_at, "stopped", "by the progress callback; it can be resumed")
                 break
         if stopped is None and done.stopped:
-            stopped = _stop_event(done, plan, self.numbers)
-        return _outcome(done, plan, self.numbers, stopped, 0 if self.times[0] == 0.0 else 1)
+            stopped = _stop_event(done, plan, numbers)
+        return _outcome(done, plan, numbers, stopped, 0 if first == 0.0 else 1)
 
 
 def _with_engine_sections(plan: Plan, numbers: Array, sparsity: Any) -> Array:
@@ -336,20 +317,9 @@ def _break_times(plan: Plan, tolerance: float) -> Array:
 def _stop_event(done: CompiledSolution, plan: Plan, numbers: Array) -> Event:
     """The event that describes why the run ended early."""
     t, solved = done.stopped_at, int(plan.memory.view(numbers, "engine")["solved"][0])
-    if solved == LOOPS_CANNOT_CLOSE:
-        return Event(t, "apart", LOOPS_MESSAGE)
     if solved < 0:
-        if solved > NO_MODES_FOUND:
-            return Event(t, "jammed", f"{plan.coordinates[-1 - solved]}: {JAMMED_MESSAGE}")
-        return Event(t, "endless", NO_MODES_MESSAGE)
-    kinds = {
-        "steps taken": "budget",
-        "jumps": "jump",
-        "again and again": "endless",
-        "diverges": "diverged",
-        "no number": "diverged",
-    }
-    return Event(t, next((name for mark, name in kinds.items() if mark in done.stopped), "stopped"), done.stopped)
+        return unsolved_event(plan, t, solved)
+    return Event(t, STOPPED_BY.get(done.code, "stopped"), done.stopped)
 
 
 def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event | None, skipped: int) -> Outcome:
@@ -370,12 +340,12 @@ def _outcome(done: CompiledSolution, plan: Plan, numbers: Array, stopped: Event 
     return Outcome(done.states[skipped:], counters, events, stopped, left)
 
 
-def _checkpoint(kept: dict[str, Array], plan: Plan, run: _Run) -> Checkpoint:
-    """The solver's checkpoint of an earlier run, with the output rows and the data of this one."""
-    size, own = plan.memory.moving, kept["run"].copy().view(at.RUN)
+def _checkpoint(kept: dict[str, Array], problem: CompiledProblem, output_rows: int) -> Checkpoint:
+    """The solver's checkpoint of an earlier run, with the data of this one and its output rows, not filled yet."""
+    size, own = problem.size, kept["run"].copy().view(at.RUN)
     # Segments and rows count from here; the first row, where the earlier run ended, is not stored again.
     own["count"]["segment"], own["count"]["rows"] = 0, 1
-    rows = np.zeros((len(run.times), run.problem.hooks.width if run.problem.hooks else size))
+    rows = np.zeros((output_rows, problem.hooks.width if problem.hooks else size))
     states, jacobian = kept["states"].view(at.STATE), kept["jacobian"].reshape(size + 1, size)
-    numbers, words = run.problem.numbers.copy(), run.problem.words.copy()
+    numbers, words = problem.numbers.copy(), problem.words.copy()
     return Checkpoint(own, states, kept["events"].view(at.EVENT), jacobian, numbers, words, rows)

@@ -21,17 +21,14 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.jit import callback
 from drivetrain.records import record_type
 from drivetrain.simulation.core.equations import (
-    JAMMED_MESSAGE,
     LOOPS_CANNOT_CLOSE,
-    LOOPS_MESSAGE,
-    NO_MODES_MESSAGE,
     fill_row,
     outputs_at,
     pass_payloads,
     solve_at,
     take_samples,
 )
-from drivetrain.simulation.core.friction import restore_modes, save_modes
+from drivetrain.simulation.core.friction import NO_MODES_FOUND, restore_modes, save_modes
 from drivetrain.simulation.core.records import (
     AMBIGUOUS_MODE,
     AT,
@@ -58,9 +55,9 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 from drivetrain.solvers.solver import check_positive
 
-# Return codes of the kernel: finished, output rows full, budget of steps used up, a state diverges, a mesh jams, no
-# consistent set of contact modes, closed loops cannot be closed.
-DONE, ROWS_FULL, PAUSED, DIVERGED, JAMMED, NO_CONSISTENT_MODES, LOOPS_OPEN = range(7)
+# Return codes of the kernel: finished, output rows full, budget of steps used up, a state diverges, the equations of
+# motion have no solution.
+DONE, ROWS_FULL, PAUSED, DIVERGED, UNSOLVED = range(5)
 TIME_TOLERANCE = 1e-9  # share of a step up to which two times count as equal
 LARGEST_STATE = 1e60  # a larger state counts as diverged
 MOST_SOLUTIONS = 30  # solutions of a step, at most, while effects correct a value that they provide
@@ -91,7 +88,7 @@ class Clock:
     # output rows and events in the present call of the kernel
     rows: int
     events: int
-    fault_index: int  # index of the coordinate or state that ended the run
+    fault_index: int  # index of the state that ended the run, or the negative code of equations without a solution
     budget: int  # steps that may still be taken before the kernel returns
 
 
@@ -282,8 +279,8 @@ def _advance(
         while True:
             solved = _solve(run, t, h, engine.theta)
             if solved < 0:
-                clock.fault_index = -1 - solved
-                return JAMMED if solved > -1000 else NO_CONSISTENT_MODES if solved > LOOPS_CANNOT_CLOSE else LOOPS_OPEN
+                clock.fault_index = solved
+                return UNSOLVED
             clock.solves += solved
             step_limit = world_of(run).step_limit
             if step_limit >= SUBDIVIDE_BELOW * h or h <= 2.0 * SMALLEST_SUBSTEP * clock.step:
@@ -388,7 +385,7 @@ def _run_in_chunks(plan: Plan, options: RunOptions, numbers: Array, clocks: Any,
             break
     counters = {name: int(clock[name]) for name in ("steps", "solves", "instants")}
     if clock["substeps"]:
-        counters["parted"] = int(clock["substeps"])
+        counters["substeps"] = int(clock["substeps"])
     unsettled = int(plan.memory.view(numbers, "engine")[0]["unsettled"])
     if unsettled or len(plan.memory.view(numbers, "iterated")):
         counters["unsettled"] = unsettled
@@ -410,13 +407,19 @@ def _stop_event(code: int, plan: Plan, clock: Any) -> Event | None:
     if code == DIVERGED:
         name = list(plan.memory.states)[fault_index]
         return Event(t, "diverged", f"{name} is not a number or grows without bound; try a shorter step")
-    if code == JAMMED:
-        return Event(t, "jammed", f"{plan.coordinates[fault_index]}: {JAMMED_MESSAGE}")
-    if code == LOOPS_OPEN:
-        return Event(t, "apart", LOOPS_MESSAGE)
-    if code == NO_CONSISTENT_MODES:
-        return Event(t, "endless", f"{NO_MODES_MESSAGE}; try a shorter step")
-    return None
+    return unsolved_event(plan, t, fault_index, "; try a shorter step") if code == UNSOLVED else None
+
+
+def unsolved_event(plan: Plan, time: float, solved: int, advice: str = "") -> Event:
+    """The event for equations of motion without a solution; ``solved`` is what ``equations.solve`` has returned."""
+    if solved == LOOPS_CANNOT_CLOSE:
+        detail = "the closed loops cannot be closed: the linkage does not reach this position, or is at a dead centre"
+        return Event(time, "linkage not closed", detail)
+    if solved == NO_MODES_FOUND:
+        detail = f"no combination of sticking and sliding joints satisfies the equations{advice}"
+        return Event(time, "no solution", detail)
+    detail = "the equations with its mesh friction have no solution in this position"
+    return Event(time, "jammed", f"{plan.coordinates[-1 - solved]}: {detail}")
 
 
 def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int) -> Event:

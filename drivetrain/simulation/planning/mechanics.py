@@ -80,7 +80,6 @@ class Mechanics:
     # number of joints, and of coordinates: rotors behind springs come after the joints
     n: int
     c: int
-    kind: int  # 0 without an arm, 1 with one
     ratios: Array  # motor angle over joint coordinate [- or rad/m], (n,)
     motors: Array  # index of the coordinate of each joint's motor, (n,)
     # records LINK, ROTOR and BODY of ``mass_and_bias``; empty without an arm
@@ -93,7 +92,6 @@ class Mechanics:
     springs: dict[int, Shape]  # shapes of the flexible joints, by joint
     # inertia about each motor's axis, referred to the joint, without stages behind a spring [kg m^2 or kg], (n,)
     rotors: Array
-    uncoupled: tuple[int, ...] = ()  # flexible joints with a reflected rotor, which does not move with its carrier
     # time [s] and inertial data of the last link from then on, records PAYLOAD, (K,)
     payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
     coupled: Coupled | None = None  # coupled motors; None: each joint has its own motor
@@ -188,13 +186,12 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
     loads = [effect.carried() for effect in scene.effects.get(WHOLE, ()) if isinstance(effect, PayloadChange)]
     if len(loads) > 1 or (loads and not isinstance(scene.body, Arm)):
         raise InputError(Fault("effects['scene']", "must hold one PayloadChange at most, and that of an arm"))
-    preloads, carried = tuple(shape.preload for shape in shapes), np.array([shape.carried for shape in shapes])
     if isinstance(body, Inertia):
         built = _without_arm(body, shapes[0], np.array(ratios))
-        return replace(built, preloads=preloads, carried=carried)
-    linkage = body.linkage
-    built = (_with_arm if linkage is None else _with_loops)(body, shapes, np.array(ratios))
-    built = replace(built, preloads=preloads, carried=carried, shared=() if linkage is None else linkage.loops.shared)
+    else:
+        built = (_with_arm if body.linkage is None else _with_loops)(body, shapes, np.array(ratios))
+    preloads, carried = tuple(shape.preload for shape in shapes), np.array([shape.carried for shape in shapes])
+    built = replace(built, preloads=preloads, carried=carried)
     return replace(built, payloads=_payloads(built, *loads[0])) if loads else built
 
 
@@ -304,17 +301,17 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
                 shaft_inertia[i] = inertia
             elif shape.flexible:  # a body of its own that does not move with its carrier
                 links["rotor_inertia"][at] = inertia
-                uncoupled.append(i)
+                uncoupled.append(at)
             else:
                 links["rotor_inertia"][at] += inertia
         row = rotor_row[at]
         reflected[i] = shaft_inertia[at] + (links["rotor_inertia"][row] * spread[row, at] ** 2 if row >= 0 else 0.0)
-    kept = ~np.isin(rotors["joint"], motors[uncoupled])
+    kept = ~np.isin(rotors["joint"], uncoupled)
     links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
-        arm.n, c, 1, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
-        arm, {i: shapes[i] for i in free}, reflected, tuple(uncoupled), coupled=coupled, last=arm.n - 1,
+        arm.n, c, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
+        arm, {i: shapes[i] for i in free}, reflected, coupled=coupled, last=arm.n - 1,
     )  # fmt: skip
 
 
@@ -406,11 +403,11 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         np.array(joints, np.int64), np.concatenate(screws), spread, rotor_row,
     )  # fmt: skip
     return Mechanics(
-        arm.n, c, 1, ratios, motors, every, np.concatenate(rotors), np.concatenate(bodies), np.zeros((4, c)),
+        arm.n, c, ratios, motors, every, np.concatenate(rotors), np.concatenate(bodies), np.zeros((4, c)),
         np.linalg.solve(link_frames(arm.linkage.chains[0])[-1], arm.tip), arm,
         {i: shape for i, shape in enumerate(shapes) if shape.flexible}, turning[motors],
         coupled=None if arm.coupling is None else Coupled(shafts, arm.coupling, turns, spread, rotor_row, lone),
-        last=arm.linkage.chains[0].n - 1, loops=closed,
+        last=arm.linkage.chains[0].n - 1, loops=closed, shared=loops.shared,
     )  # fmt: skip
 
 
@@ -442,6 +439,6 @@ def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
     constant[0, motors[0]] += reflected
     constant[3, motors[0]] = reflected
     return Mechanics(
-        1, 1 + shape.flexible, 0, ratios, motors, np.zeros(0, LINK), np.zeros(0, ROTOR),
+        1, 1 + shape.flexible, ratios, motors, np.zeros(0, LINK), np.zeros(0, ROTOR),
         np.zeros(0, BODY), constant, np.eye(4), None, {0: shape} if shape.flexible else {}, np.array([reflected]),
     )  # fmt: skip

@@ -5,7 +5,7 @@ Which numbers are states, rates, powers or recorded columns follows from the nam
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache, cached_property
 from typing import Any, get_type_hints
@@ -132,32 +132,37 @@ def lay_out(
     block.put(np.zeros(len(r.SECTIONS) + len(instances), r.SECTION), False, "sections")
     block.put(np.zeros(n, JOINT), True, "joints")
     _put_mechanics(block, body)
-    placed = _put_effects(block, groups, joints)
-    _put_coordinates(placed, block, body, joints)
-    atol, memory, states = _states(instances, placed, body)
-    powers = tuple(sorted(known.powers))
-    block.put(np.array([placed.signals[name] for name in powers], INTEGERS), False, "powers")
-    block.put(np.zeros(len(powers)), True, "energies")
-    block.put(states, [False, False, False, True], "states")
+    placed, powers = _put_effects(block, groups, joints), tuple(sorted(known.powers))
+    signals, states = placed.signals, _mechanical_states(block, body, joints)
+    block.put(np.array([signals[name] for name in powers], INTEGERS), False, "powers")
+    energies = block.put(np.zeros(len(powers)), True, "energies")
+    # States of effects after those of the mechanics, memory last; an output row holds them as the connectors show them.
+    declared = [pair for one in in_fixed_order(instances) for pair in zip(one.states, one.ports.states, strict=True)]
+    declared.sort(key=lambda pair: pair[1].memory)
+    columns = [value for value, _ in states.values()] + [signals[name] for name, _ in declared]
+    states |= {name: placed.states[name] for name, _ in declared}
+    records = np.zeros(len(states), r.STATE)
+    records["value"], records["rate"] = np.array(list(states.values())).T
+    records["shown"] = np.where(records["value"] == columns, -1, columns)
+    block.put(records, [False, False, False, True], "states")
     again = _iterated_effects(groups, instances)
-    later = [group for group in again if group.kind.compute]
-    once = [group for group in groups if group.kind.compute and group not in again]
-    for name, what, law in (("computes", once, "compute"), ("iterated", later, "compute"),
-                            ("accounts", [group for group in accounts if group.kind.account], "account"),
-                            ("accepts", [group for group in accounts if group.kind.accept], "accept")):  # fmt: skip
-        block.put(_calls([(group, 0.0) for group in what], law, placed), False, name)
+    once = [group for group in groups if group not in again]
+    for name, listed, law in (("computes", once, "compute"), ("iterated", again, "compute"),
+                              ("accounts", accounts, "account"), ("accepts", accounts, "accept")):  # fmt: skip
+        block.put(_calls([(group, 0.0) for group in listed if getattr(group.kind, law)], law, placed), False, name)
     block.put(_calls(list(_sampled(groups)), "sample", placed), [False] * 4 + [True], "samples")
     block.put(_guards(instances, placed), False, "guards")
-    of_effects = {name for one in instances for name in one.states}
-    block.put(np.array(_columns(placed, of_effects, known, powers, block), INTEGERS), False, "columns")
-    numbers = np.concatenate(block.parts)
+    columns += [*(signals[name] for name in recorded_signals(signals, known)), *range(energies, energies + len(powers))]
+    block.put(np.array(columns, INTEGERS), False, "columns")
+    numbers, c = np.concatenate(block.parts), body.c
     made = Memory(
-        numbers, placed.signals, {name: k for k, name in enumerate(placed.states)}, powers, atol, memory,
-        block.sections, block.kept,
+        numbers, signals, {name: k for k, name in enumerate(states)}, powers,
+        np.array([1e-7] * c + [1e-6] * c + [state.atol for _, state in declared]),
+        np.array([False] * (2 * c) + [state.memory for _, state in declared]), block.sections, block.kept,
     )  # fmt: skip
     _fill_world_and_engine(made, body, instances)
     for name, value in known.defaults.items():
-        numbers[placed.signals[name]] = value
+        numbers[signals[name]] = value
     return made
 
 
@@ -254,8 +259,8 @@ def _checked(one: Instance) -> Any:
     return own
 
 
-def _put_coordinates(placed: _Indices, block: _Block, body: Mechanics, joints: Sequence[str]) -> None:
-    """Put the states of the mechanics (positions, wind-ups, speeds) before those of the effects, memory last."""
+def _mechanical_states(block: _Block, body: Mechanics, joints: Sequence[str]) -> dict[str, tuple[int, int]]:
+    """The states of the mechanics (positions and wind-ups, then speeds): indices of value and rate, by full name."""
     first, size = block.sections["coordinates"][0], r.COORDINATE.itemsize // 8
     shafts = () if body.coupled is None else body.coupled.shafts
     kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
@@ -265,31 +270,7 @@ def _put_coordinates(placed: _Indices, block: _Block, body: Mechanics, joints: S
         own = {k: f"{joints[k]}.{kinds[k]}{what}" for k in range(body.n) if body.loads[k] == k}
         own |= {int(body.motors[i]): f"{joints[i]}.{of_motor}" for i in body.springs}
         found |= {own[k]: (first + k * size + value, first + k * size + rate) for k in sorted(own)}
-    moving = {name: at for name, at in placed.states.items() if at[1] >= 0}
-    memory = {name: at for name, at in placed.states.items() if at[1] < 0}
-    placed.states.clear()
-    placed.states.update(found | moving | memory)
-
-
-def _states(instances: Sequence[Instance], placed: _Indices, body: Mechanics) -> tuple[Array, NDArray[np.bool_], Any]:
-    """Absolute tolerances, which states are memory, and the records of all states; memory comes last."""
-    declared = {name: state for one in instances for name, state in zip(one.states, one.ports.states, strict=True)}
-    order = [name for one in in_fixed_order(instances) for name in one.states]
-    order = [*(name for name in order if not declared[name].memory), *(name for name in order if declared[name].memory)]
-    own = {name: placed.states[name] for name in order}
-    kept = {name: at for name, at in placed.states.items() if name not in declared}
-    placed.states.clear()
-    placed.states.update(kept | own)
-    atol, memory = np.full(len(placed.states), 1e-7), np.zeros(len(placed.states), dtype=np.bool_)
-    atol[body.c : 2 * body.c] = 1e-6
-    records = np.zeros(len(placed.states), r.STATE)
-    for k, (name, (value, rate)) in enumerate(placed.states.items()):
-        records[k]["value"], records[k]["rate"], records[k]["shown"] = value, rate, -1
-        if name in declared:
-            atol[k], memory[k] = declared[name].atol, declared[name].memory
-            if placed.signals[name] != value:
-                records[k]["shown"] = placed.signals[name]
-    return atol, memory, records
+    return found
 
 
 def _calls(listed: Iterable[tuple[Group, float]], law: str, placed: _Indices) -> Any:
@@ -341,16 +322,6 @@ def _iterated_effects(groups: Sequence[Group], instances: Sequence[Instance]) ->
     return again if fit and not any(name in own for one in instances for name in one.needs) else []
 
 
-def _columns(
-    placed: _Indices, effects: Container[str], known: Directory, powers: Sequence[str], block: _Block
-) -> list[int]:
-    """Indices of the numbers in an output row after the time; states as the connectors show them."""
-    energies = block.sections["energies"][0]
-    states = [placed.signals[name] if name in effects else at for name, (at, _) in placed.states.items()]
-    return [*states, *(placed.signals[name] for name in recorded_signals(placed.signals, known)),
-            *range(energies, energies + len(powers))]  # fmt: skip
-
-
 def recorded_signals(places: Mapping[str, int], known: Directory) -> list[str]:
     """Names of the signals that are recorded: no sums without contributions, no defaults without a provider.
 
@@ -381,7 +352,7 @@ def _fill_world_and_engine(made: Memory, body: Mechanics, instances: Sequence[In
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
     of_tip = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
     engine["uses_tip"] = any(of_tip.intersection((*one.needs, *one.contributes)) for one in instances)
-    engine["arm"] = body.kind
+    engine["arm"] = body.arm is not None
     engine["coupled"], engine["looped"] = body.coupled is not None, body.loops is not None
     engine["direct"], engine["last"] = body.coupled is None and body.loops is None, body.last
     engine["bodies"] = len(made.view(numbers, "body_bias"))

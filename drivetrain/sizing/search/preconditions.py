@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.sizing.judge.checks import STOP_CHECKS, SUPPLY_CHECKS
 from drivetrain.sizing.judge.missing import cells_to_fill, massless
 from drivetrain.sizing.judge.objectives import TERMS, weight_of
@@ -33,9 +33,7 @@ def check_options(study: Study, wanted: SelectionOptions | None) -> None:
     options = study.wanted if wanted is None else wanted
     if not isinstance(options, SelectionOptions):
         raise InputError(Fault("wanted", "must be SelectionOptions", type(options).__name__))
-    faults = [*_of_numbers(options), *_of_weights(options), *_of_groups(study, options)]
-    if faults:
-        raise InputError(faults)
+    raise_faults([*_of_numbers(options), *_of_weights(options), *_of_groups(study, options)])
 
 
 def same_study(one: Study, other: Study) -> bool:
@@ -45,9 +43,7 @@ def same_study(one: Study, other: Study) -> bool:
 
 def check_keys(study: Study) -> None:
     """Raise InputError for drives and candidates that are not in the catalogue; called once a key was not found."""
-    faults = [fault for task in study.joints for fault in _of_keys(study, task)]
-    if faults:
-        raise InputError(faults)
+    raise_faults(fault for task in study.joints for fault in _of_keys(study, task))
 
 
 def _of_numbers(options: SelectionOptions) -> Iterator[Fault]:

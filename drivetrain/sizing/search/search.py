@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
 
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair, evaluated
 from drivetrain.sizing.judge.missing import missing_words, uncounted
@@ -117,8 +117,7 @@ def _resumed_tree(study: Study, wanted: SelectionOptions | None, resume: Selecti
     if wanted is not None and replace(wanted, time_limit=0.0) != replace(tree.problem.options, time_limit=0.0):
         hint = "only the time limit may differ; leave the selection out to search anew"
         faults.append(Fault("wanted", "asks for something else than the search that is to go on", hint=hint))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return tree.copy()
 
 

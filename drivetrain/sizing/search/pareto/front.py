@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.judge.evaluate import evaluated
 from drivetrain.sizing.judge.missing import missing_words
@@ -246,8 +246,7 @@ def _check(criteria: Sequence[str], time_limit: float) -> None:
         faults.append(Fault("criteria", "name one or more", hint=", ".join(NAMES)))
     if not time_limit > 0.0:
         faults.append(Fault("time_limit", "must be positive [s]", time_limit))
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
 
 
 def _known(study: Study, criteria: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str], list[str]]:
