@@ -439,6 +439,28 @@ def bus_step(energy: Any, drawn: Any, least_energy: Any, most_energy: Any, feeda
     return BusStep(left + fed - burnt, fed, burnt)
 
 
+@law
+def burnable(energy: Any, regenerated: Any, most_energy: Any, length: Any, rate: Any) -> Any:
+    """Energy that a brake resistor can dissipate in an interval of constant regenerated power [J].
+
+    Above ``most_energy`` it is on, and the energy E of the bus follows E' = P - r E.
+
+    Args:
+        energy: Energy of the bus at the start [J].
+        regenerated: Power P that the drives feed back [W].
+        most_energy: Energy at the threshold [J].
+        length: Length of the interval [s].
+        rate: r = 2/(R C) [1/s].
+    """
+    if energy < most_energy:
+        above = energy + regenerated * length - most_energy
+        if above <= 0.0:
+            return 0.0
+        energy, length = most_energy, above / regenerated  # from when it reaches the threshold
+    final = regenerated / rate
+    return max(regenerated * length + (final - energy) * math.expm1(-rate * length), 0.0)
+
+
 class BusPeak(NamedTuple):
     """Bus voltage over a cycle that is repeated endlessly."""
 
@@ -457,7 +479,8 @@ def bus_peak(
 
     V2 = sqrt(V1^2 + 2 E/C), E the energy fed back since the bus was last at V1; the power is linear between samples.
     """
-    full, most = 0.5 * capacity * voltage * voltage, 0.5 * capacity * threshold * threshold
+    full, rate = 0.5 * capacity * voltage * voltage, 2.0 / (resistance * capacity)
+    most = max(0.5 * capacity * threshold * threshold, full)
     energy = 0.5 * capacity * begin * begin
     highest, sample, burnt, before = energy, 0, 0.0, energy
     for _ in range(ROUNDS):
@@ -468,8 +491,8 @@ def bus_peak(
             # until the power changes its sign, and after: what one part feeds back, the other cannot take before it
             until, middle = (step * first / (first - last), 0.0) if turns else (step, last)
             for length, mean in ((until, 0.5 * (first + middle)), (step - until, 0.5 * (middle + last))):
-                burnable = length * threshold * threshold / resistance if threshold < math.inf else 0.0
-                after = bus_step(energy, mean * length, full, max(most, full), math.inf, burnable)
+                burns = burnable(energy, -mean, most, length, rate) if threshold < math.inf else 0.0
+                after = bus_step(energy, mean * length, full, most, math.inf, burns)
                 energy = after.energy
                 burnt += after.burnt
                 if energy > highest:

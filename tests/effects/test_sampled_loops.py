@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import bilinear, lfilter
 
 from drivetrain.drive.motor import Motor, exact_current_step
@@ -147,6 +149,29 @@ def test_a_sampled_current_loop_is_its_recursion() -> None:
     assert run.series["joint.current"].values == pytest.approx(np.array(expected), abs=1e-9)
     assert max(expected) > 12.0 / 0.299 * 0.9  # the limit was reached
     assert expected[-1] == pytest.approx(5.0, rel=1e-3)
+
+
+def test_a_sampled_current_loop_reads_the_current_of_the_instant() -> None:
+    """A rotor that speeds up, with a winding faster than the samples: exact between samples by a matrix exponential."""
+    motor = replace(MOTOR, inductance=8.2e-6)
+    resistance, inductance, constant = 0.299, 8.2e-6, 0.0302
+    given = GivenCurrent(np.array([0.0, 1.0]), np.array([2.0, 2.0]))
+    effects = (ReflectedRotor(0.0, 1.0), Winding(motor), SampledCurrentLoop(motor, 3000.0), given)
+    scene = Scene(Inertia(INERTIA), {"joint": effects, "scene": (StiffSupply(24.0),)}, 0.01)
+    run = simulate(scene, interval=1e-4)
+    kp, ki = inductance * 3000.0, resistance * 3000.0 * 1e-4
+    rates = [
+        [-resistance / inductance, -constant / inductance, 1.0 / inductance],
+        [constant / INERTIA, 0, 0],
+        [0, 0, 0],
+    ]
+    after, state, integral = expm(1e-4 * np.array(rates))[:2], np.array([2.0, 0.0]), 2.0 * resistance
+    for sample in range(101):
+        # half a step of back-emf would be 4.5 mA
+        assert run["joint.current"][sample] == pytest.approx(state[0], abs=3e-4), sample
+        error = 2.0 - state[0]
+        integral += ki * error
+        state = after @ [*state, kp * error + integral + constant * state[1]]
 
 
 def test_faults_come_together() -> None:

@@ -65,7 +65,7 @@ def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     pin, heat, motor = joint.pin, joint.heat, joint.motor
     resistance, constant = warm(own.motor, heat)
     if h == 0.0:
-        current = _instant_current(own, constant, motor.speed)
+        current = pin.current = _instant_current(own, constant, motor.speed)  # what a sampled controller measures
         own.current_rate = (pin.voltage - constant * motor.speed - resistance * current) / own.inductance
         motor.torque += constant * current
         return
@@ -93,8 +93,6 @@ def _account(t: Any, h: Any, own: Any, joint: Any) -> None:
         mean = own.current + own.mean * driving_voltage
         final = own.current + reach
         square = final * final - 2.0 * final * reach * own.fade + reach * reach * own.fade_square
-    else:
-        pin.current = mean
     heat.copper_loss = resistance * square
     pin.power = pin.voltage * mean
     pin.magnetic_energy = 0.5 * own.inductance * own.current * own.current

@@ -181,8 +181,11 @@ def _supply_words(supply: Supply, row: Requirement, bus: BusPeak) -> str:
     if getattr(supply, row.limit) is None:
         return "the study states no limit"
     if row.required == "bus_voltage" and supply.resistance is not None and supply.threshold is not None:
+        burnt = f"the resistor burns {bus.burnt:.3g} W in the mean"
+        if bus.voltage > supply.threshold * (1.0 + 1e-9):
+            return f"{burnt}, and does not hold the threshold of {supply.threshold:g} V"
         duty = 100.0 * bus.burnt * supply.resistance / supply.threshold**2
-        return f"the resistor burns {bus.burnt:.3g} W in the mean, on {duty:.2g} % of the time"
+        return f"{burnt}, on {duty:.2g} % of the time"
     return ""
 
 
