@@ -165,7 +165,7 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
     span = max(float(np.ptp(wanted)), float(np.ptp(travel)))
     off = np.abs(wanted - travel)
     worst = int(off.argmax())
-    if off[worst] <= max(smallest, MISMATCH_WARNING * span):
+    if span == 0.0 or off[worst] <= max(smallest, MISMATCH_WARNING * span):
         return [], []
     share = float(off[worst]) / span
     problem = f"is not the derivative of {values.name}: integrated, it misses by {100 * share:.3g} % of the span"

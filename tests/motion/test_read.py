@@ -305,6 +305,13 @@ def test_a_filtered_speed_is_only_a_warning(tmp_path):
     assert "column qd_elbow [rad/s] is not the derivative" in warning
 
 
+def test_an_arm_that_stays_at_a_number_whose_mean_rounds_is_read(tmp_path):
+    place = next(one for one in np.sqrt(np.linspace(0.1, 1.0, 91)) if np.full(len(TIME), one).mean() != one)
+    columns = [TIME, np.full(len(TIME), place), 0.0 * TIME]
+    motion = read_motion(write(tmp_path, ["time [s]", "q_elbow [rad]", "qd_elbow [rad/s]"], columns), ("elbow",))
+    assert not warnings(motion) and (motion.position == place).all()
+
+
 def test_a_joint_at_rest_with_noise_in_its_speed_is_accepted(tmp_path):
     noise = np.random.default_rng(4).normal(scale=1e-3, size=len(TIME))
     columns = [TIME, WAVES[:, 0], np.full(len(TIME), 0.2), noise]

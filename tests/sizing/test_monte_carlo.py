@@ -210,7 +210,7 @@ def test_tornado_is_one_number_at_a_time(example, monkeypatch):
     for bar in worst.bars[:2]:
         for end, value in ((bar.low, bar.at_low), (bar.high, bar.at_high)):
             alone = built(study, drives, deviated(study, 1, {bar.source: np.array([end])}), 0)
-            joints, _ = figures_of(evaluate(alone))
+            joints, *_ = figures_of(evaluate(alone))
             names = [task.name for task in study.joints]
             assert value == pytest.approx(joints[names.index(worst.joint), NAMES.index(worst.check)], rel=1e-6)
 

@@ -54,8 +54,8 @@ def spread_section(found: Spread) -> Section:
         "motor and gear of each joint, the ambient temperature and each payload are drawn independently for each arm. "
         f"Limits of data sheets stay as printed. {'; '.join(law_lines(odds.evaluation.study))}."
     )
-    if nominal := undrawn(odds.evaluation):
-        how += f" With nominal values alone: {', '.join(check.name for check in nominal)}."
+    if "arm" in odds.checks:
+        how += " The arm's stiffness is checked with the payloads of each arm, and else with nominal values."
     headings = ("where", "check", "satisfied in", "standard error", "95 % interval",
                 "utilisation: 5th / 50th / 95th percentile")  # fmt: skip
     return Section("What tolerances do", "spread", lead=(f"{chance_sentence(odds)}{choice}",), figures=tuple(figures),
@@ -69,11 +69,11 @@ def chance_sentence(odds: Robustness) -> str:
         return f"All checks are proven satisfied in no arm: data are missing to check {lacking}."
     if failed := failed_undrawn(odds.evaluation):
         return f"All checks are satisfied in no arm: {', '.join(failed)} fails with nominal values already."
-    row = _row("", "", odds.whole)
+    row, nominal = _row("", "", odds.whole), ", ".join(check.name for check in undrawn(odds.evaluation))
     return (
         f"All checks are satisfied in {row.probability} of {_grouped(odds.samples)} sampled arms "
         f"(standard error {row.error}, 95\u00a0% interval {row.interval})."
-    )
+    ) + (f" Checked with nominal values alone: {nominal}." if nominal else "")
 
 
 def _grouped(count: int) -> str:

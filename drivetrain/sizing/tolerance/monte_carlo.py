@@ -13,12 +13,11 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.notebook import shown
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import Pair, sources, streamed
-from drivetrain.sizing.tolerance.sampling import NAMES, SUPPLY_NAMES, Samples, candidate, judged, nominal_of
+from drivetrain.sizing.tolerance.sampling import NAMES, SHARED, Samples, candidate, judged, nominal_of, undrawn
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SUPPLY = "supply"
 QUANTILES = (0.05, 0.5, 0.95)
 REMEMBERED = 4096  # samples from which the quantiles are computed
 BATCH = 65536  # samples drawn at once
@@ -65,15 +64,20 @@ class Robustness:
     samples: int  # number of samples
     seed: int  # seed of the random numbers
     scattering: tuple[str, ...]  # uncertain quantities, as text
-    checks: dict[str, dict[str, Chance]]  # probability that each check is satisfied, by joint (or ``supply``) and name
-    joints: dict[str, Chance]  # probability that all checks of a joint are satisfied, by name; the supply's last
+    # probability that each check is satisfied, by joint (or ``supply``, ``arm``) and name
+    checks: dict[str, dict[str, Chance]]
+    joints: dict[str, Chance]  # probability that all checks of a joint are satisfied, by name; supply and arm last
     whole: Chance  # probability that all checks are satisfied
     # quantiles (5 %, 50 %, 95 %) of each check's utilisation, by joint and name
     utilisations: dict[str, dict[str, tuple[float, ...]]]
 
     def __repr__(self) -> str:
         share = f"{100.0 * self.whole.probability:.4g} ± {100.0 * self.whole.standard_error:.2g} %"
-        return f"Robustness({self.evaluation.study.name}: all checks satisfied in {share} of {self.samples} samples)"
+        nominal = "".join(f", {check.name} with nominal values" for check in undrawn(self.evaluation))
+        return (
+            f"Robustness({self.evaluation.study.name}: all checks satisfied in {share} of {self.samples} samples"
+            f"{nominal})"
+        )
 
     @property
     def table(self) -> pd.DataFrame:
@@ -110,8 +114,8 @@ def robustness(
 
     Samples are drawn within the study's tolerances, and the checks of ``evaluate`` are applied to each. Checks that
     can be made in no sample are ignored. In a sample in which missing data decide over a check, as ``evaluate`` calls
-    NOT CHECKED, it is not satisfied. Checks of the whole arm, its stiffness and stops, are made with nominal values
-    alone: where one of them fails, the whole set holds in no sample.
+    NOT CHECKED, it is not satisfied. The stiffness of the whole arm is checked with the payloads of each sample and
+    else nominal values, its stops with nominal values alone: where a stop fails, the whole set holds in no sample.
 
     Args:
         evaluation: Evaluation of the drives with nominal values; its study states the tolerances.
@@ -134,58 +138,50 @@ def robustness(
     if count < 1:
         raise InputError(Fault("samples", "must be at least 1", count))
     ready = candidate(nominal_of(study), drives_of(evaluation))
-    tally, kept, kept_supply = _Tally(len(study.joints)), [], []
-    remembered = 0
+    tally, remembered = _Tally(len(study.joints)), 0
+    kept: dict[str, list[Array]] = {place: [] for place in ("joints", *SHARED)}
     for draws in streamed(study, count, start, most=BATCH):
         for found in judged(ready, draws, threads=threads):
             tally.add(found)
             if remembered < REMEMBERED:
-                kept.append(found.joints)
-                kept_supply.append(found.supply)
+                for place, parts in kept.items():
+                    parts.append(getattr(found, place))
                 remembered += len(found.joints)
-    names = [task.name for task in study.joints]
-    return _result(evaluation, (count, start), names, tally, np.concatenate(kept), np.concatenate(kept_supply))
+    used = {place: np.concatenate(parts) for place, parts in kept.items()}
+    return _result(evaluation, (count, start), tally, used)
 
 
 class _Tally:
-    """Counts how often each check, each joint and the supply failed or, in some samples, could not be made."""
+    """Counts how often each check, each joint, the supply and the arm failed or, in some samples, could not be made."""
 
     def __init__(self, joints: int) -> None:
         self.checks = np.zeros((joints, len(NAMES)), dtype=np.int64)
-        self.joints = np.zeros(joints, dtype=np.int64)
-        self.supply = np.zeros(len(SUPPLY_NAMES), dtype=np.int64)
-        self.supply_any = 0
+        self.shared = {place: np.zeros(len(names), dtype=np.int64) for place, names in SHARED.items()}
+        self.places = np.zeros(joints + len(SHARED), dtype=np.int64)
         self.held = 0
 
     def add(self, found: Samples) -> None:
         """Count more samples."""
-        failed = found.failed.sum(axis=0)
         self.checks += (~(found.joints <= 1.0)).sum(axis=0)
-        self.joints += failed[:-1]
-        self.supply += (~(found.supply <= 1.0)).sum(axis=0)
-        self.supply_any += int(failed[-1])
+        for place, count in self.shared.items():
+            count += (~(getattr(found, place) <= 1.0)).sum(axis=0)
+        self.places += found.failed.sum(axis=0)
         self.held += int(found.feasible.sum())
 
 
-def _result(
-    evaluation: Evaluation, run: tuple[int, int], names: list[str], tally: _Tally, joints: Array, supply: Array
-) -> Robustness:
-    samples, seed = run
-
-    def chances(made: Array, failed: list[int], labels: tuple[str, ...]) -> dict[str, Chance]:
-        """Chances of the checks that were made."""
-        return {
-            name: Chance(samples - failed[i], samples)
-            for i, name in enumerate(labels) if not np.isnan(made[:, i]).all()
-        }  # fmt: skip
-
-    checks = {name: chances(joints[:, i], tally.checks[i].tolist(), NAMES) for i, name in enumerate(names)}
-    spread = {name: _quantiles(joints[:, i], NAMES) for i, name in enumerate(names)}
-    whole = {name: Chance(samples - int(tally.joints[i]), samples) for i, name in enumerate(names)}
-    powered = chances(supply, tally.supply.tolist(), SUPPLY_NAMES)
-    if powered:
-        checks[SUPPLY], spread[SUPPLY] = powered, _quantiles(supply, SUPPLY_NAMES)
-        whole[SUPPLY] = Chance(samples - tally.supply_any, samples)
+def _result(evaluation: Evaluation, run: tuple[int, int], tally: _Tally, used: dict[str, Array]) -> Robustness:
+    (samples, seed), names = run, [task.name for task in evaluation.study.joints]
+    tables = {name: (used["joints"][:, i], tally.checks[i], NAMES) for i, name in enumerate(names)}
+    tables |= {place: (used[place], tally.shared[place], labels) for place, labels in SHARED.items()}
+    checks, spread, whole = {}, {}, {}
+    for (place, (made, failed, labels)), count in zip(tables.items(), tally.places.tolist(), strict=True):
+        if place in names or not np.isnan(made).all():
+            checks[place] = {
+                name: Chance(samples - int(failed[i]), samples)
+                for i, name in enumerate(labels) if not np.isnan(made[:, i]).all()
+            }  # fmt: skip
+            spread[place] = _quantiles(made, labels)
+            whole[place] = Chance(samples - count, samples)
     words = tuple(dict.fromkeys(one.quantity.replace("_", " ") for one in sources(evaluation.study)))
     return Robustness(evaluation, samples, seed, words, checks, whole, Chance(tally.held, samples), spread)
 

@@ -24,19 +24,35 @@ from drivetrain.sizing.demand.series import (
     ramp_stops,
 )
 from drivetrain.sizing.judge.cases import cases_of, power_allowance
-from drivetrain.sizing.judge.checks import CHECKS, SUPPLY_CHECKS, table
+from drivetrain.sizing.judge.checks import ARM_CHECKS, CHECKS, SUPPLY_CHECKS, table
 from drivetrain.sizing.judge.evaluate import evaluated, given_drives
 from drivetrain.sizing.judge.judge import in_doubt, judge_cases
 from drivetrain.sizing.judge.parts import FilledParts
+from drivetrain.sizing.judge.stiffness import arm_checks
 from drivetrain.sizing.judge.verdicts import supply_figures
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.tolerance.draws import CONSTANT, DRAG, EFFICIENCY, FRICTION, RESISTANCE, THERMAL, Draws, Pair
+from drivetrain.sizing.tolerance.draws import (
+    CONSTANT,
+    DRAG,
+    EFFICIENCY,
+    FRICTION,
+    RESISTANCE,
+    THERMAL,
+    Draws,
+    Pair,
+    from_uniform,
+    sources,
+)
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
 from drivetrain.study.parts.verdicts import Check, Verdict
 
 NAMES = tuple(check.name for check in CHECKS)
 SUPPLY_NAMES = tuple(check.name for check in SUPPLY_CHECKS)
+ARM_NAMES = tuple(check.name for check in ARM_CHECKS)
+SHARED = {"supply": SUPPLY_NAMES, "arm": ARM_NAMES}  # checks of all joints together that are drawn
+# probabilities of a smaller deviation, at which a payload has the masses for which the arm's stiffness is computed
+LEVELS = np.array([0.001, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 1.0])
 BLOCK = 1024  # samples evaluated by a thread at a time
 AT_ONCE = 64  # samples evaluated in one call: their power over the cycle takes a megabyte
 PATHS = ("resistance_winding_housing", "resistance_housing_ambient", "resistance_winding_ambient")
@@ -52,6 +68,8 @@ class Nominal:
     study: Study  # the task
     work: Workload  # loads of all joints
     payloads: tuple[UnitLoads, ...]  # load of each whole payload on each joint, by joint
+    # by index of a payload: factors on its mass, (K,), and the loads of all joints with it and all others light
+    weighted: Mapping[int, tuple[Array, tuple[Workload, ...]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +85,8 @@ class Candidate:
     checks: Any  # table of checks for compiled code
     # limits of the supply, in the order of ``SUPPLY_NAMES``, NaN if there is none or the power is unknown
     limits: Array
+    # by index of a payload: factors on its mass, (K,), and utilisations in the order of ``ARM_NAMES``, (K, checks)
+    stiffness: Mapping[int, tuple[Array, Array]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +95,15 @@ class Samples:
 
     joints: Array  # in the order of ``NAMES``, (S, n, checks)
     supply: Array  # in the order of ``SUPPLY_NAMES``, (S, checks of the supply)
-    # whether a check of a joint, and last of the supply, that ``evaluate`` needs could not be made, (S, n + 1)
+    arm: Array  # in the order of ``ARM_NAMES``, with the drawn payloads and else nominal values, (S, checks of the arm)
+    # whether a check of a joint, the supply or the arm that ``evaluate`` needs could not be made, (S, n + 2)
     lacking: Array
-    proven: bool  # whether every essential check could be made, and those of the whole arm hold with nominal values
+    proven: bool  # whether every essential check could be made, and the arm's stops hold with nominal values
 
     @property
     def failed(self) -> Array:
-        """Whether the checks of each joint, and last of the supply, are not all satisfied, (S, n + 1)."""
-        over = (self.joints > 1.0).any(axis=2), (self.supply > 1.0).any(axis=1)
+        """Whether the checks of each joint, then of the supply and of the arm, are not all satisfied, (S, n + 2)."""
+        over = (self.joints > 1.0).any(axis=2), (self.supply > 1.0).any(axis=1), (self.arm > 1.0).any(axis=1)
         return np.logical_or(np.column_stack(over), self.lacking)
 
     @property
@@ -98,7 +119,54 @@ def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
         if body.mass > 0.0:
             without[body.name] = workload(changed(study, TaskChange(payload=0.0, payloads=(body.name,))))
     own = workload(study) if work is None else replace(work, study=study)
-    return Nominal(study, own, tuple(_payload_rows(own, without, joint) for joint in range(len(study.joints))))
+    rows = tuple(_payload_rows(own, without, joint) for joint in range(len(study.joints)))
+    return Nominal(study, own, rows, _weighted(study) if study.stiffness.stated else {})
+
+
+def _weighted(study: Study) -> dict[int, tuple[Array, tuple[Workload, ...]]]:
+    """By index of each payload with a tolerance: factors on its mass, (K,), and the loads with all others light."""
+    factors = from_uniform(study, np.repeat(LEVELS[:, None], len(sources(study)), axis=1)).payload
+    found = {}
+    for i in np.flatnonzero(np.ptp(factors, axis=0) > 0.0).tolist():
+        rows = np.repeat(factors[:1], len(LEVELS), axis=0)
+        rows[:, i] = factors[:, i]
+        found[i] = rows[:, i], tuple(workload(_with_payloads(study, row)) for row in rows)
+    return found
+
+
+def _with_payloads(study: Study, factors: Array) -> Study:
+    """The study with a factor on the mass of each payload, (payloads,)."""
+    for body, factor in zip(study.payloads, factors.tolist(), strict=True):
+        study = changed(study, TaskChange(payload=factor, payloads=(body.name,)))
+    return study
+
+
+def _stiffness(work: Workload, drives: Mapping[str, Pair]) -> Array:
+    """Utilisations of the checks of the arm's stiffness, NaN where one is not made, (checks,)."""
+    study, filled_parts = work.study, FilledParts(work.study)
+    mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
+    torque = np.column_stack([work.at(i, mounted).demand(drive).load_torque for i, drive in mounted.items()])
+    named = {study.joints[i].name: drive for i, drive in mounted.items()}
+    used = {check.name: check.utilisation for check in arm_checks(study, named, torque)}
+    return np.array([used.get(name) for name in ARM_NAMES], dtype=np.float64)  # None becomes NaN
+
+
+def _stiffness_at(ready: Candidate, payload: Array) -> Array:
+    """Utilisations of the checks of the arm's stiffness with drawn payloads, interpolated, (S, checks).
+
+    Each phase of the cycle carries one payload at most, so that the worst of all payloads counts, each with all others
+    light.
+
+    Args:
+        ready: The set of drives.
+        payload: Factors on the payloads, (S, payloads).
+    """
+    if not ready.stiffness:
+        return np.repeat(figures_of(ready.nominal)[2][None], len(payload), axis=0)
+    found = [
+        [np.interp(payload[:, i], factors, used) for used in rows.T] for i, (factors, rows) in ready.stiffness.items()
+    ]
+    return np.asarray(np.max(found, axis=0).T)
 
 
 def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -> UnitLoads:
@@ -130,7 +198,11 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     stated = [getattr(study.supply, check.limit) if known else None for check in SUPPLY_CHECKS]
     limits = np.array(stated, dtype=np.float64)  # None becomes NaN
     lossy = tuple(mounted[i].gear.kind != "ideal" for i in range(len(study.joints)))
-    return Candidate(study, drives, evaluation, lossy, tuple(cases), tuple(works), table(), limits)
+    stiffness = {
+        i: (factors, np.array([_stiffness(work, drives) for work in works]))
+        for i, (factors, works) in nominal.weighted.items()
+    }
+    return Candidate(study, drives, evaluation, lossy, tuple(cases), tuple(works), table(), limits, stiffness)
 
 
 def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: Array) -> Any:
@@ -243,7 +315,7 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
         for joint in range(len(works))
     ]
     required, hidden = np.empty((count, len(SUPPLY_CHECKS))), np.zeros((count, 2))
-    unmade = np.zeros((count, len(works) + 1), dtype=np.bool_)
+    unmade = np.zeros((count, len(works) + len(SHARED)), dtype=np.bool_)
     for first in range(0, count, AT_ONCE):
         some = slice(first, min(first + AT_ONCE, count))
         drawn = power[: some.stop - first]
@@ -265,32 +337,32 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
         column = [row.required for row in SUPPLY_CHECKS].index(name)
         share, limit = supply[:, column], ready.limits[column]
         doubtful = np.array([in_doubt(one, add, limit) for one, add in zip(share, more, strict=True)], dtype=np.bool_)
-        unmade[:, -1] |= doubtful
+        unmade[:, len(works)] |= doubtful
         share[doubtful] = np.nan
     supply[:, np.isnan(ready.limits)] = np.nan
     proven = not (ready.nominal.lacking or failed_undrawn(ready.nominal))
-    return Samples(np.swapaxes(used, 0, 1), supply, unmade, proven)
+    arm = _stiffness_at(ready, draws.payload[part])
+    return Samples(np.swapaxes(used, 0, 1), supply, arm, unmade, proven)
 
 
 def undrawn(evaluation: Evaluation) -> tuple[Check, ...]:
-    """The checks of the whole arm, its stiffness and stops, which are made with nominal values alone."""
+    """The checks of the arm's stops, which are made with nominal values alone."""
     made = (check for check in evaluation.shared if check.utilisation is not None)
-    return tuple(check for check in made if check.name not in SUPPLY_NAMES)
+    return tuple(check for check in made if check.name not in (*SUPPLY_NAMES, *ARM_NAMES))
 
 
 def failed_undrawn(evaluation: Evaluation) -> tuple[str, ...]:
-    """Names of the checks of the whole arm that fail, in which case no sample counts as feasible."""
+    """Names of the checks of the arm's stops that fail, in which case no sample counts as feasible."""
     return tuple(check.name for check in undrawn(evaluation) if check.verdict is Verdict.FAIL)
 
 
-def figures_of(evaluation: Evaluation) -> tuple[Array, Array]:
-    """Utilisations of an evaluation as one sample of ``Samples``: (n, checks) and (checks of the supply,)."""
-    joints, supply = np.full((len(evaluation.joints), len(NAMES)), np.nan), np.full(len(SUPPLY_NAMES), np.nan)
+def figures_of(evaluation: Evaluation) -> tuple[Array, Array, Array]:
+    """Utilisations of an evaluation as one sample of ``Samples``: of joints (n, checks), supply and arm (checks,)."""
+    joints = np.full((len(evaluation.joints), len(NAMES)), np.nan)
     for row, result in zip(joints, evaluation.joints.values(), strict=True):
         for check in result.checks:
             if check.utilisation is not None:
                 row[NAMES.index(check.name)] = check.utilisation
-    for check in evaluation.shared:
-        if check.name in SUPPLY_NAMES and check.utilisation is not None:
-            supply[SUPPLY_NAMES.index(check.name)] = check.utilisation
-    return joints, supply
+    used = {check.name: check.utilisation for check in evaluation.shared}
+    supply, arm = (np.array([used.get(name) for name in names], dtype=np.float64) for names in SHARED.values())
+    return joints, supply, arm

@@ -18,10 +18,10 @@ from drivetrain.arrays import Array
 from drivetrain.errors import whole_names
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.tolerance.draws import Draws, Source, deviated, from_uniform, sources
-from drivetrain.sizing.tolerance.monte_carlo import SUPPLY, drives_of
+from drivetrain.sizing.tolerance.monte_carlo import drives_of
 from drivetrain.sizing.tolerance.sampling import (
     NAMES,
-    SUPPLY_NAMES,
+    SHARED,
     Candidate,
     candidate,
     figures_of,
@@ -58,7 +58,7 @@ class Bar:
 class Tornado:
     """Effects of all uncertain quantities on one check."""
 
-    joint: str  # name of the joint, or ``supply``
+    joint: str  # name of the joint, or ``supply``, ``arm``
     check: str  # name of the check
     nominal: float  # utilisation with nominal values
     bars: tuple[Bar, ...]  # widest first; quantities without effect are left out
@@ -70,24 +70,19 @@ class Effects:
 
     evaluation: Evaluation  # with nominal values
     sources: tuple[Source, ...]  # uncertain quantities
-    joints: Array  # utilisations at the low and at the high end, (2, sources, n, CHECKS)
-    supply: Array  # utilisations of the supply checks, (2, sources, 3)
+    # utilisations at the low and at the high end, by joint, ``supply`` and ``arm``, (2, sources, checks)
+    ends: dict[str, Array]
     order: NDArray[np.int64]  # random samples sorted by the value of each source, (sources, samples)
-    arms: Array  # utilisations of the random samples, (samples, n, CHECKS)
-    arms_supply: Array  # utilisations of the supply checks, (samples, 3)
+    arms: dict[str, Array]  # utilisations of the random samples, by the same places, (samples, checks)
 
     def of(self, joint: str, check: str) -> Tornado:
         """The tornado of one check."""
-        joints, supply = figures_of(self.evaluation)
-        names = list(self.evaluation.joints)
-        [joint] = whole_names("joint", "joint of the study", [joint], [*names, SUPPLY])
-        [check] = whole_names("check", "check of it", [check], SUPPLY_NAMES if joint == SUPPLY else NAMES)
-        if joint == SUPPLY:
-            ends, nominal = self.supply[..., SUPPLY_NAMES.index(check)], float(supply[SUPPLY_NAMES.index(check)])
-            arms = self.arms_supply[:, SUPPLY_NAMES.index(check)]
-        else:
-            at = names.index(joint), NAMES.index(check)
-            ends, nominal, arms = self.joints[..., at[0], at[1]], float(joints[at]), self.arms[:, at[0], at[1]]
+        [joint] = whole_names("joint", "joint of the study", [joint], list(self.ends))
+        labels = SHARED.get(joint, NAMES)
+        [check] = whole_names("check", "check of it", [check], labels)
+        at = labels.index(check)
+        nominal = float(_by_place(self.evaluation, *figures_of(self.evaluation))[joint][at])
+        ends, arms = self.ends[joint][..., at], self.arms[joint][:, at]
         bars = []
         for source, order, low, high in zip(self.sources, self.order, *ends, strict=True):
             tolerance = getattr(self.evaluation.study.tolerances, source.quantity)
@@ -98,10 +93,12 @@ class Effects:
         return Tornado(joint, check, nominal, tuple(sorted(bars, key=lambda bar: (-bar.span, str(bar.source)))))
 
     def worst(self) -> tuple[Tornado, ...]:
-        """The tornado of the binding check of every joint and of the supply, largest utilisation first."""
+        """The tornado of the binding check of every joint, of the supply and of the arm, largest utilisation first."""
         places = [(name, result.binding) for name, result in self.evaluation.joints.items()]
-        shared = [check for check in self.evaluation.shared if check.utilisation is not None]
-        places.append((SUPPLY, max(shared, key=lambda check: check.utilisation or 0.0, default=None)))
+        made = [check for check in self.evaluation.shared if check.utilisation is not None]
+        for place, names in SHARED.items():
+            shared = [check for check in made if check.name in names]
+            places.append((place, max(shared, key=lambda check: check.utilisation or 0.0, default=None)))
         found = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
         found.sort(key=lambda pair: -(pair[1].utilisation or 0.0))
         return tuple(self.of(place, check.name) for place, check in found)
@@ -137,21 +134,26 @@ def effects(evaluation: Evaluation) -> Effects:
         values = np.zeros(count)
         values[i], values[len(found) + i] = getattr(study.tolerances, source.quantity).edges
         deviations[source] = values
-    ready, n = candidate(nominal_of(study), drives_of(evaluation)), len(study.joints)
-    joints, supply = _figures(ready, deviated(study, count, deviations))
+    ready = candidate(nominal_of(study), drives_of(evaluation))
+    ends = _figures(ready, deviated(study, count, deviations))
     uniform = np.random.default_rng(study.tolerances.seed).random((ARMS, len(found)))  # the first samples of ``drawn``
-    shape = (2, len(found))
     return Effects(
-        evaluation, found, joints.reshape(*shape, n, len(NAMES)), supply.reshape(*shape, len(SUPPLY_NAMES)),
-        np.argsort(uniform, axis=0, kind="stable").T, *_figures(ready, from_uniform(study, uniform)),
+        evaluation, found, {place: used.reshape(2, len(found), used.shape[1]) for place, used in ends.items()},
+        np.argsort(uniform, axis=0, kind="stable").T, _figures(ready, from_uniform(study, uniform)),
     )  # fmt: skip
 
 
-def _figures(ready: Candidate, draws: Draws) -> tuple[Array, Array]:
-    """Utilisations of all samples, (S, n, CHECKS) and (S, 3)."""
+def _figures(ready: Candidate, draws: Draws) -> dict[str, Array]:
+    """Utilisations of all samples by joint, ``supply`` and ``arm``, (S, checks)."""
     parts = list(judged(ready, draws))
-    nothing = [np.zeros((0, len(ready.study.joints), len(NAMES)))], [np.zeros((0, len(SUPPLY_NAMES)))]
-    return (
-        np.concatenate([part.joints for part in parts] or nothing[0]),
-        np.concatenate([part.supply for part in parts] or nothing[1]),
-    )
+    joints = np.concatenate([part.joints for part in parts] or [np.zeros((0, len(ready.study.joints), len(NAMES)))])
+    shared = [
+        np.concatenate([getattr(part, place) for part in parts] or [np.zeros((0, len(names)))])
+        for place, names in SHARED.items()
+    ]
+    return _by_place(ready.nominal, np.swapaxes(joints, 0, 1), *shared)
+
+
+def _by_place(evaluation: Evaluation, joints: Array, *shared: Array) -> dict[str, Array]:
+    """Rows of joints and the figures of supply and arm, by their names."""
+    return dict(zip([*evaluation.joints, *SHARED], [*joints, *shared], strict=True))
