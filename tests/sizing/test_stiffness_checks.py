@@ -96,7 +96,8 @@ def test_stiffness_scatters_with_the_payload_of_a_sample(make, scatter):
     """A gripper by itself, and a box; the first resonance in between decides."""
     cycle = make.sines(1, samples=41, duration=4.0, size=0.3)
     cycle = replace(cycle, payload_names=("gripper", "box"), payload=np.repeat([0, 1], [20, 21]))
-    bodies = tuple(Payload(name, mass, np.zeros(3), np.zeros((3, 3))) for name, mass in (("gripper", 1.0), ("box", 3.0)))
+    masses = {"gripper": 1.0, "box": 3.0}
+    bodies = tuple(Payload(name, mass, np.zeros(3), np.zeros((3, 3))) for name, mass in masses.items())
     study = sprung(
         make, make.planar_arm([0.5], [1.0]), cycle, drive_mass=DriveMass.INCLUDED, payloads=bodies,
         tolerances=Tolerances(payload=scatter, samples=1000),
@@ -105,8 +106,8 @@ def test_stiffness_scatters_with_the_payload_of_a_sample(make, scatter):
     study = replace(study, stiffness=StiffnessWish(first_resonance=0.98 * first, tip_deviation=1.0))
     evaluation, draws = evaluate(study), drawn(study, 6, 4)
     (found,) = judged(candidate(nominal_of(study), drives_of(evaluation)), draws)
-    for sample, masses in enumerate(draws.payload):
-        own = tuple(replace(one, mass=one.mass * factor) for one, factor in zip(bodies, masses, strict=True))
+    for sample, factors in enumerate(draws.payload):
+        own = tuple(replace(one, mass=one.mass * factor) for one, factor in zip(bodies, factors, strict=True))
         expected = figures_of(evaluate(replace(study, payloads=own)))[2]
         np.testing.assert_allclose(found.arm[sample], expected, rtol=1e-3)  # of linear interpolation between 8 masses
     odds = robustness(evaluation)
