@@ -22,7 +22,7 @@ from drivetrain.effects.motor.supply_bus import (
 
 BUS = SupplyBus(48.0, 2e-3, 200.0, 60.0, 15.0, 0.8)
 EDGE = 48e-9  # V, within which the voltage counts as held
-TINY = 1e-6  # W
+TINY = 1e-6 * 0.5 * 2e-3 * 48.0**2  # W, a millionth of its energy in a second
 
 
 def stepped(one: Called, h: float, drawn: Any) -> int:
@@ -136,7 +136,8 @@ CHANGES = (
     (SOURCE_LIMITED, 48.0 + EDGE, 150.0, SOURCE_HOLDS, 48.0),
     (SOURCE_LIMITED, 48.0 + EDGE, 0.05, SOURCE_HOLDS, 48.0), (RESISTOR_ON, 60.0 - EDGE, 0.05, UNREGULATED, 60.0),
     (SOURCE_LIMITED, 48.0 + EDGE, -10.0, UNREGULATED, 48.0), (UNREGULATED, 48.0 - EDGE, 250.0, SOURCE_LIMITED, 48.0),
-    (UNREGULATED, 48.0 - EDGE, 50.0, SOURCE_HOLDS, 48.0), (UNREGULATED, 60.0 + EDGE, -300.0, RESISTOR_ON, 60.0),
+    (UNREGULATED, 48.0 - EDGE, 50.0, SOURCE_HOLDS, 48.0), (UNREGULATED, 48.0 + EDGE, 50.0, SOURCE_HOLDS, 48.0),
+    (UNREGULATED, 60.0 - EDGE, -300.0, RESISTOR_ON, 60.0), (UNREGULATED, 60.0 + EDGE, -300.0, RESISTOR_ON, 60.0),
     (UNREGULATED, 60.0 + EDGE, -100.0, RESISTOR_HOLDS, 60.0), (UNREGULATED, 60.0 + EDGE, 10.0, UNREGULATED, 60.0),
     (RESISTOR_ON, 60.0 - EDGE, -100.0, RESISTOR_HOLDS, 60.0), (RESISTOR_ON, 60.0 - EDGE, 20.0, UNREGULATED, 60.0),
     (RESISTOR_ON, 60.0 - EDGE, -300.0, RESISTOR_ON, 60.0),

@@ -77,6 +77,21 @@ def test_at_the_threshold_the_resistor_burns_what_comes_back_in_either_engine() 
     assert abs(adaptive.series["energy_error"].values).max() < 0.02 * burnt
 
 
+@pytest.mark.parametrize("adaptive", [False, True])
+def test_a_bus_of_microwatts_is_that_of_watts(adaptive: bool) -> None:
+    """Currents, torques, inertia and capacity a ten-millionth, resistances ten million times: the same voltages."""
+    runs = []
+    for scale in (1.0, 1e-7):
+        motor = Motor(key="m", resistance=0.5 / scale, torque_constant=0.1)
+        given = GivenCurrent(np.array([0.0, 1.0, 1.0]), scale * np.array([-10.0, -10.0, 0.0]))
+        bus = SupplyBus(48.0, 0.002 * scale, power=30.0 * scale, threshold=56.0, resistance=5.0 / scale)
+        joint = (ReflectedRotor(0.0, 1.0), MotorCurrent(motor), given)
+        scene = Scene(Inertia(0.01 * scale), {"joint": joint, "scene": (bus,)}, 1.2, speed=[100.0])
+        runs.append(simulate(scene, solver=AdaptiveStep() if adaptive else FixedStep(1e-3), interval=0.01))
+    assert runs[0]["scene.bus_voltage"].max() > 55.0
+    assert runs[1]["scene.bus_voltage"] == pytest.approx(runs[0]["scene.bus_voltage"], rel=1e-4)
+
+
 def test_a_weak_source_lets_the_bus_sink() -> None:
     given = GivenCurrent(np.array([0.0]), np.array([20.0]))
     joint = (ReflectedRotor(0.0, 1.0), MotorCurrent(MOTOR), given)

@@ -56,7 +56,7 @@ class StiffSupply(Effect):
 MOST_CHANGE = 0.005  # largest relative change of the voltage in a step, since the drives see its mean
 CONVERGED = 1e-7  # error of the mean voltage at which the iteration has converged, over the nominal voltage
 REGULATION_BAND = 1e-9  # distance up to which a voltage counts as regulated, over the nominal voltage
-SMALLEST_POWER = 1e-6  # power below which a drive's demand does not change the mode [W]
+SLOWEST = 1e-6  # demand below which the mode does not change, over the energy of the bus at the nominal voltage [1/s]
 # Modes of the bus: the source holds the nominal voltage; below it, the source at its power limit; between nominal
 # voltage and threshold; the brake resistor holds the threshold; above it, the brake resistor permanently on.
 SOURCE_HOLDS, SOURCE_LIMITED, UNREGULATED, RESISTOR_HOLDS, RESISTOR_ON = range(5)
@@ -132,15 +132,16 @@ def _account_bus(t: Any, h: Any, own: Any, scene: Any) -> None:
     own.delivered_power, own.bus_energy = drawn, 0.5 * own.capacity * volts * volts
     if h <= 0.0:
         most, mode, edge = volts * volts / own.resistance, own.mode, REGULATION_BAND * own.voltage
+        small = SLOWEST * 0.5 * own.capacity * own.voltage * own.voltage
         own.source_power = own.brake_resistor_power = 0.0
         if mode == SOURCE_HOLDS:
             own.source_power = min(max(drawn, 0.0), own.power)
-            own.margin = min(drawn + SMALLEST_POWER, own.power - drawn)
+            own.margin = min(drawn + small, own.power - drawn)
         elif mode == SOURCE_LIMITED:
             own.source_power, own.margin = own.power, own.voltage + edge - volts
         elif mode == RESISTOR_HOLDS:
             own.brake_resistor_power = min(max(-drawn, 0.0), most)
-            own.margin = min(SMALLEST_POWER - drawn, most + drawn)
+            own.margin = min(small - drawn, most + drawn)
         elif mode == RESISTOR_ON:
             own.brake_resistor_power, own.margin = most, volts + edge - own.threshold
         else:
@@ -188,7 +189,10 @@ def _accept(t: Any, h: Any, own: Any, scene: Any) -> None:
         own.mode = SOURCE_LIMITED if drawn > 0.5 * own.power else UNREGULATED
     elif own.mode == RESISTOR_HOLDS:
         own.mode = RESISTOR_ON if -drawn > 0.5 * most else UNREGULATED
-    elif own.mode == SOURCE_LIMITED or (own.mode == UNREGULATED and own.bus_voltage <= own.voltage):
+    elif own.mode == SOURCE_LIMITED or (
+        # the limit that is nearer: at the located instant the voltage may still be just within both
+        own.mode == UNREGULATED and own.bus_voltage - own.voltage < own.threshold - own.bus_voltage
+    ):
         own.mode = SOURCE_LIMITED if drawn > own.power else SOURCE_HOLDS if drawn >= 0.0 else UNREGULATED
         own.bus_voltage = own.voltage
     else:
