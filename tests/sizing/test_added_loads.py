@@ -7,23 +7,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from drivetrain.sizing.judge.judge import add_rows, added_up
+from drivetrain.sizing.judge.judge import add_rows, add_up
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_added_up_is_a_sum_of_rows(count: int) -> None:
+def test_add_up_is_a_sum_of_rows(count: int) -> None:
     """Five are the parameters of a drive, which have a pass of their own; a bearing has no moment along its axis."""
     rng, samples = np.random.default_rng(count), 4
     amounts = rng.normal(size=count)
 
     def rows(*shape: int) -> SimpleNamespace:
-        inertia, static, wrench = (rng.normal(size=(*shape, *last, samples)) for last in ((), (), (6,)))
-        return SimpleNamespace(inertia=inertia, static=static, wrench=wrench)
+        last = {"torque": (), "stop": (), "inertia": (), "static": (), "wrench": (6,)}
+        return SimpleNamespace(**{name: rng.normal(size=(*shape, *own, samples)) for name, own in last.items()})
 
     load, added, total = rows(), rows(count), rows()
     kept = total.wrench.copy()
-    assert added_up(load, added, amounts, total) is total
-    for name in ("inertia", "static"):
+    add_up(load, added, amounts, total, True)
+    for name in ("torque", "stop", "inertia", "static"):
         wanted = getattr(load, name) + np.einsum("k,kt->t", amounts, getattr(added, name))
         np.testing.assert_allclose(getattr(total, name), wanted, atol=1e-14)
     wanted = load.wrench + np.einsum("k,kct->ct", amounts, added.wrench)

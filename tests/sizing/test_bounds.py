@@ -33,7 +33,7 @@ def some_pairs(rng, offered, joint, count):
 
 def bounded(offer, pairs, **options):
     """Utilisations, energies and the line of some pairs, every one looked at."""
-    nothing, none = np.zeros(len(offer.records.pairs)), np.zeros(len(pairs), dtype=np.bool_)
+    nothing, none = np.zeros(len(offer.bound_data.parameters)), np.zeros(len(pairs), dtype=np.bool_)
     count, *found = offer.bound(pairs, nothing, np.zeros(len(pairs)), none, **options)
     assert count == len(pairs)
     return found
@@ -188,7 +188,7 @@ def test_bounds_without_width_are_figures_of_the_judge(make):
                     continue
                 offer.torque_interval(numbers, numbers)
                 _, energy, _ = bounded(offer, pairs, until=np.inf, with_energy=True)
-                bound, exact = offer.records.case[0].figures.copy(), found.cases[0].figures
+                bound, exact = offer.bound_data.cases.case[0].figures.copy(), found.cases[0].figures
                 bound.energy = energy[0]
                 if exact.energy > 0.0 and found.utilisation[0] <= 1.0:
                     assert energy[0] <= exact.energy * (1.0 + CLOSE), (kind, seed, joint, pair)

@@ -388,7 +388,7 @@ def add_couple(link: Any, v: float, vd: float, carrier: Any, k: int) -> float:
     return zx * carrier.dx[k] + zy * carrier.dy[k] + zz * carrier.dz[k]
 
 
-@fast
+@exact
 def spin(link: Any, joint: Any, own: Any, carrier: Any, body: Any, size: float) -> None:
     """An unbalanced rotor: its wrench on the carrier, its torque on its joint."""
     for k in range(len(joint.q)):

@@ -175,7 +175,7 @@ def _load_inertia(arm: Arm, q: Array) -> Array:
     units = [np.broadcast_to(column, q.shape) for column in moved.T]
     if arm.linkage is None:
         model, q = packed(arm), np.array(q)
-        torques = (run(model, (q, rest, np.array(unit)), gravity=WEIGHTLESS) for unit in units)
+        torques = (run(model, (q, rest, np.ascontiguousarray(unit)), gravity=WEIGHTLESS) for unit in units)
     else:
         torques = (inverse_dynamics(_without_gravity(arm), q, rest, unit) for unit in units)
     return np.array([torque @ column for torque, column in zip(torques, turns.T, strict=True)])

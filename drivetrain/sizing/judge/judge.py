@@ -130,8 +130,8 @@ def judge_all(
     """Compiled part of ``judge_cases``. With ``screen`` only a subset of the samples is used and only peak checks are
     made: their required values are lower bounds of those over all samples.
     """
-    motion, traces, torque = series.motion, series.traces, series.load.torque
-    inertia, stop = series.load.inertia, series.load.stop
+    motion, traces, load, total = series.motion, series.traces, series.load, series.total
+    torque, inertia, stop = load.torque, load.inertia, load.stop
     traces.powers.exponent[0] = np.nan  # the buffers may hold the powers of another motion
     for i in range(len(cases)):
         case, row = cases[i], numbers[i]
@@ -142,16 +142,11 @@ def judge_all(
             if lacking[i] >= 0:
                 continue
         if len(series.unit_loads.torque) > 0:
-            torque = series.total.torque
-            add_rows(series.load.torque, series.unit_loads.torque, amounts[i], torque)
-            stop = series.total.stop
-            add_rows(series.load.stop, series.unit_loads.stop, amounts[i], stop)
-        if len(series.unit_loads.torque) > 0 and applies_at_rest(case):
-            inertia = series.total.inertia
-            carried = added_up(series.load, series.unit_loads, amounts[i], series.total)
-            set_carried(case, carried, motion.weight, motion.speed, quick)
-        else:
-            set_carried(case, series.load, motion.weight, motion.speed, quick)
+            torque, stop = total.torque, total.stop
+            if applies_at_rest(case):
+                load, inertia = total, total.inertia
+            add_up(series.load, series.unit_loads, amounts[i], total, applies_at_rest(case))
+        set_carried(case, load, motion.weight, motion.speed, quick)
         if case.setting.cold != 0.0:
             cold = case.setting.cold_start
             set_cold_start(case, mechanical(case, motion, torque, traces, cold).torque + unknown)
@@ -517,17 +512,21 @@ def utilisation(required: Any, available: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def added_up(load: Any, added: Any, amounts: Any, total: Any) -> Any:
-    """A load plus a multiple of each added load (of the joint's own drive, or of payloads); the torque is added
-    elsewhere.
+def add_up(load: Any, added: Any, amounts: Any, total: Any, at_rest: Any) -> None:
+    """Set a total to a load plus a multiple of each added load (of the joint's own drive, or of payloads).
+
+    ``at_rest``: whether more than the torques is needed.
     """
+    add_rows(load.torque, added.torque, amounts, total.torque)
+    add_rows(load.stop, added.stop, amounts, total.stop)
+    if not at_rest:
+        return
     add_rows(load.inertia, added.inertia, amounts, total.inertia)
     add_rows(load.static, added.static, amounts, total.static)
     for component in (0, 1, 3, 4, 5):  # the moment along its axis does not load the bearing
         start, out = load.wrench[component], total.wrench[component]
         for k in range(len(amounts)):
-            add_row(start if k == 0 else out, added.wrench[k][component], amounts[k], out)
-    return total
+            add_row(start if k == 0 else out, added.wrench[k, component], amounts[k], out)
 
 
 @law(fastmath=FAST)
@@ -547,17 +546,12 @@ def applies_at_rest(case: Any) -> Any:
 
 @law(fastmath=FAST)
 def add_rows(start: Any, rows: Any, amounts: Any, out: Any) -> None:
-    """Set out = start + sum of amounts[k] * rows[k]; in a single pass for two payloads and for a drive's parameters."""
+    """Set out = start + sum of amounts[k] * rows[k]; in a single pass for a drive's parameters."""
     if len(amounts) == 5:
         a, b, c, d, e = amounts[0], amounts[1], amounts[2], amounts[3], amounts[4]
         r0, r1, r2, r3, r4 = rows[0], rows[1], rows[2], rows[3], rows[4]
         for t in range(len(out)):
             out[t] = start[t] + (a * r0[t] + b * r1[t] + c * r2[t] + d * r3[t] + e * r4[t])
-        return
-    if len(amounts) == 2:
-        a, b, r0, r1 = amounts[0], amounts[1], rows[0], rows[1]
-        for t in range(len(out)):
-            out[t] = start[t] + (a * r0[t] + b * r1[t])
         return
     for t in range(len(out) if len(amounts) == 0 else 0):
         out[t] = start[t]

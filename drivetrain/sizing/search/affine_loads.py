@@ -9,7 +9,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.sizing.demand.load_basis import PARAMETERS
-from drivetrain.sizing.search.bounds import fill_interval
+from drivetrain.sizing.search.bounds import load_interval
 from drivetrain.sizing.search.domains import Indices
 
 
@@ -22,8 +22,7 @@ class AffineLoads(NamedTuple):
 
     def bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Interval of the loads, shaped as ``base``; low, high: parameter ranges of all drives, (n, PARAMETERS)."""
-        half, (bottom, top) = np.zeros(self.unit.shape[:2]), np.empty((2, self.base.size))
-        fill_interval(self.base.ravel(), self.drives, self.unit, low, high, half, bottom, top)
+        bottom, top, _ = load_interval(self.base.ravel(), self.unit, low[self.drives], high[self.drives])
         return bottom.reshape(self.base.shape), top.reshape(self.base.shape)
 
     def min_magnitude(self, low: Array, high: Array) -> Array:

@@ -47,8 +47,8 @@ from drivetrain.drive.stops import braked, braking_push, stiff_spring, stop_roto
 from drivetrain.drive.thermal.periodic_heat import thermal_nodes
 from drivetrain.jit import FAST, kernel, law
 from drivetrain.records import known, known_or
-from drivetrain.sizing.demand.series import Motion, SpeedPowers, new_speed_powers
-from drivetrain.sizing.judge.cases import stop_constant, stop_temperature
+from drivetrain.sizing.demand.series import SECTIONS, Motion, SpeedPowers, new_speed_powers
+from drivetrain.sizing.judge.cases import CASE, stop_constant, stop_temperature
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.sizing.judge.judge import (
     NO,
@@ -75,6 +75,8 @@ HEAT_TOLERANCE = 1e-3  # relative rise below which a step is the last one
 SLOPE_CANDIDATES = 8  # candidates over which the slope of the power is averaged
 INTERVAL_ROUNDING = 1e-12  # rounding of the sums in an interval, relative to its width and middle
 ROUND_DOWN = 1.0 - 2e-9  # factor on a bound, so that rounding does not make it too large
+# first number of these parts of a case
+MOTOR_AT, SHAFT_AT, GEAR_AT = (CASE.fields[name][1] // 8 for name in ("motor", "shaft", "gear"))
 
 
 class CurrentStops(NamedTuple):
@@ -125,14 +127,15 @@ class TorqueInterval(NamedTuple):
     bearing_products: Array
 
 
-class CaseRecords(NamedTuple):
-    """The records of which the case of a pair is composed."""
+class CaseNumbers(NamedTuple):
+    """What the case of a pair is composed of: records as plain numbers, which are copied faster and compile faster."""
 
-    template: Any  # a case of the joint with any motor and gear, (1,)
-    case: Any  # buffer: the case of one candidate, (1,)
-    motors: Any  # records of motors, and of the friction of their shafts
-    shafts: Any
-    gears: Any  # records of gears, and whether there is none (direct drive)
+    template: Array  # a case of the joint with any motor and gear, (1, numbers)
+    row: Array  # buffer: the case of one candidate, (1, numbers)
+    case: Any  # the same memory as a record, (1,)
+    motors: Array  # motors, (motors, numbers), and the friction of their shafts
+    shafts: Array
+    gears: Array  # gears, and whether there is none (direct drive)
     direct: Array
     pairs: Any  # rows of motor and gear of all pairs of the study, (P, 2)
 
@@ -143,15 +146,14 @@ class BoundData(NamedTuple):
     Compiled functions take the parts that they need: every array of an argument costs compile time, used or not.
     """
 
-    cases: CaseRecords
-    row: Array  # the buffer of the case as plain numbers, (1, numbers)
+    cases: CaseNumbers
     parameters: Array  # load parameters of each pair, (P, PARAMETERS)
     load: Array  # torque without drives [N m], (N,)
-    others: Any  # joints whose drives load this one, (K,)
-    unit_torque: Array  # torque per unit of each load parameter of each of them, (K, PARAMETERS, N)
-    half_width: Array  # buffer: half the range of each of these parameters, (K, PARAMETERS)
-    acceleration_peaks: Any  # sample of largest acceleration of each section of the cycle, (SECTIONS,)
-    key: TorqueInterval  # at these samples, and at as many of large torque
+    unit_torque: (
+        Array  # torque per unit of each load parameter of the K joints whose drives load it, (K, PARAMETERS, N)
+    )
+    half_width: Array  # half the range of each of these parameters, (K, PARAMETERS)
+    key: TorqueInterval  # at the key samples
     full: TorqueInterval  # at all samples
     stops: CurrentStops
 
@@ -166,48 +168,32 @@ def torque_interval_of(
     return TorqueInterval(motion, at_speed, at_loss_speed, unit_torque, step_share, *buffers)
 
 
-@kernel(fastmath=FAST)
-def fill_interval(
-    load: Array, others: Any, unit_load: Array, low: Array, high: Array, half_width: Array, bottom: Array, top: Array
-) -> None:
+def load_interval(load: Array, unit_load: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
     """Interval of a load while the drives of K other joints are open: each load parameter lies within a range.
 
     Args:
         load: Load without drives, (N,).
-        others: Joints of the drives, (K,).
         unit_load: Load per unit of each parameter of each of them, (K, PARAMETERS, N).
-        low, high: Ranges of the load parameters of all joints' drives, (n, PARAMETERS).
-        half_width: Filled with half the width of the range of each parameter, (K, PARAMETERS).
-        bottom, top: Filled with the ends of the interval, (N,).
+        low, high: Ranges of the load parameters, (K, PARAMETERS).
+
+    Returns:
+        The ends of the interval, (N,) each, and half the width of the range of each parameter, (K, PARAMETERS).
     """
-    middle = np.empty(half_width.shape[1])
-    for t in range(len(bottom)):
-        bottom[t] = load[t]
-    for k in range(len(others)):
-        smallest, largest = low[others[k]], high[others[k]]
-        for i in range(len(middle)):
-            half = 0.5 * (largest[i] - smallest[i])
-            middle[i] = 0.5 * (smallest[i] + largest[i])
-            half_width[k, i] = half + INTERVAL_ROUNDING * (half + abs(middle[i])) if half > 0.0 else 0.0
-        add_rows(bottom, unit_load[k], middle, bottom)
-    for t in range(len(bottom)):
-        top[t] = bottom[t]
-    for k in range(len(others)):
-        for i in range(half_width.shape[1]):
-            row, half = unit_load[k, i], half_width[k, i]
-            if half > 0.0:
-                for t in range(len(row)):
-                    deviation = half * abs(row[t])
-                    bottom[t] -= deviation
-                    top[t] += deviation
+    half, middle, rows = 0.5 * (high - low), 0.5 * (low + high), unit_load.reshape(-1, len(load))
+    half = np.where(half > 0.0, half + INTERVAL_ROUNDING * (half + np.abs(middle)), 0.0)
+    center, deviation = load + middle.ravel() @ rows, half.ravel() @ np.abs(rows)
+    return center - deviation, center + deviation, half
 
 
 @kernel(fastmath=FAST)
 def bound_candidates(
     data: BoundData, checks: Any, pairs: Any, exact: Any, until: float, strict: bool, cost_limit: float, test_all: bool,
-    with_energy: bool, energy_weight: float, base: Array, cost: Array, used: Array, energy: Array, slope: Array,
+    with_energy: bool, energy_weight: float, open_energy: float, base: Array, cost: Array, used: Array, energy: Array,
+    slope: Array,
 ) -> int:  # fmt: skip
-    """Lower bounds for K candidates of one joint while its torque lies in the interval (``fill_interval``).
+    """Lower bounds for K candidates of one joint while its torque lies in the interval (``load_interval``).
+
+    The key samples are filled already (``fill_key_samples``).
 
     Args:
         data: Data and buffers of the joint.
@@ -219,30 +205,27 @@ def bound_candidates(
         cost_limit: A candidate that costs this much or more is not tested.
         test_all: Whether to test all candidates, or only those that may be the cheapest.
         with_energy, energy_weight: Whether to bound the energy, and its weight in the cost.
+        open_energy: See ``energy_of_slope`` [J].
         base: Cost of each pair without its energy, (P,).
         cost: Cost of each candidate, raised here by its least energy, (K,).
         used: Filled with lower bounds on the utilisation, infinite if ruled out, (K,).
         energy: Filled with lower bounds on the energy of a cycle minus ``slope`` times the deviation of the load from
             the middle of its interval [J], (K,).
-        slope: Filled with the slope of the power over the load at each sample [W/(N m)], (N,).
+        slope: Slope of the power over the load at each sample [W/(N m)], (N,).
 
     Returns:
         How many candidates were tested.
     """
-    count, least, open_energy = 0, np.inf, 0.0
-    key, full, records, stops = data.key, data.full, data.cases, data.stops
+    count, least = 0, np.inf
+    key, full, stops = data.key, data.full, data.stops
     own, no_slope = len(full.unit_torque), np.zeros(len(slope))
     for i in range(len(pairs)):
         least = min(least, cost[i]) if exact[i] else least
-    fill_key_samples(key, full, data.acceleration_peaks)
-    if with_energy:
-        mean_power_slope(records, full, pairs, energy_weight != 0.0, slope)
-        open_energy = energy_of_slope(data.half_width, data.unit_torque, full.motion.weight, slope)
     for i in range(len(pairs)):
         if exact[i] or cost[i] >= cost_limit or not (test_all or cost[i] < least):
             continue
         count += 1
-        case, row, amounts = set_case(records, pairs[i]), data.row[0], data.parameters[pairs[i]][:own]
+        case, row, amounts = set_case(data.cases, pairs[i]), data.cases.row[0], data.parameters[pairs[i]][:own]
         set_limits(case)
         used[i] = np.inf
         if strict and first_lacking(case, row, checks, NO) >= 0:
@@ -263,57 +246,53 @@ def bound_candidates(
 
 
 @law
-def set_case(records: CaseRecords, pair: Any) -> Any:
+def set_case(numbers: CaseNumbers, pair: Any) -> Any:
     """Set the buffer to the case of a pair, all figures unknown, and return it."""
-    motor, gear, case = records.pairs[pair, 0], records.pairs[pair, 1], records.case[0]
-    records.case[0] = records.template[0]
-    case.motor, case.shaft = records.motors[motor], records.shafts[motor]
-    case.gear, case.direct = records.gears[gear], records.direct[gear]
+    motor, gear, case, row = numbers.pairs[pair, 0], numbers.pairs[pair, 1], numbers.case[0], numbers.row[0]
+    copy_numbers(numbers.template[0], row, 0)
+    copy_numbers(numbers.motors[motor], row, MOTOR_AT)
+    copy_numbers(numbers.shafts[motor], row, SHAFT_AT)
+    copy_numbers(numbers.gears[gear], row, GEAR_AT)
+    case.direct = numbers.direct[gear]
     return case
 
 
 @law
+def copy_numbers(numbers: Any, row: Any, at: Any) -> None:
+    """Copy numbers to a place in a row."""
+    for i in range(len(numbers)):
+        row[at + i] = numbers[i]
+
+
 def fill_key_samples(key: TorqueInterval, full: TorqueInterval, acceleration_peaks: Any) -> None:
     """Fill the key samples: of each section of the cycle those of largest acceleration and of largest certain torque.
 
     The certain torque is the smallest magnitude in the interval.
     """
-    sections = len(acceleration_peaks)
     key.powers.exponent[0] = np.nan  # the speeds change
-    length = len(full.low) // sections
-    for k in range(2 * sections):
-        at = acceleration_peaks[k % sections]
-        if k >= sections:
-            first, largest = (k - sections) * length, -np.inf
-            for t in range(first, first + length):
-                certain = max(full.low[t], -full.high[t])
-                if certain > largest:
-                    at, largest = t, certain
-        key.low[k], key.high[k] = full.low[at], full.high[at]
-        key.friction[k], key.loss_friction[k] = full.friction[at], full.loss_friction[at]
-        key.motion.speed[k], key.motion.loss_speed[k] = full.motion.speed[at], full.motion.loss_speed[at]
-        key.motion.acceleration[k] = full.motion.acceleration[at]
-        key.motion.carrier_acceleration[k] = full.motion.carrier_acceleration[at]
-        for i in range(len(key.unit_torque)):
-            key.unit_torque[i, k] = full.unit_torque[i, at]
+    at = np.concatenate([acceleration_peaks, section_peaks(np.maximum(full.low, -full.high))])
+    for name in ("low", "high", "friction", "loss_friction", "unit_torque"):
+        np.take(getattr(full, name), at, axis=-1, out=getattr(key, name))
+    for name in ("speed", "loss_speed", "acceleration", "carrier_acceleration"):
+        np.take(getattr(full.motion, name), at, out=getattr(key.motion, name))
 
 
-@law(fastmath=FAST)
-def energy_of_slope(half_width: Any, unit_torque: Any, weight: Any, slope: Any) -> Any:
+def section_peaks(values: Array) -> Any:
+    """Sample of the largest value in each of SECTIONS sections of equal length."""
+    length, first = len(values) // SECTIONS, np.arange(SECTIONS)
+    if length == 0:
+        return first % len(values)
+    return first * length + values[: SECTIONS * length].reshape(SECTIONS, length).argmax(axis=1)
+
+
+def energy_of_slope(half_width: Array, unit_torque: Array, weighted: Array) -> float:
     """Largest magnitude of the slope times the deviation of the load, summed over a cycle [J].
 
     The load deviates from the middle of its interval by the parameters of the open drives; this is the part of the
-    energy that depends on them and not on the candidate.
+    energy that depends on them and not on the candidate. ``weighted``: the slope times the weight of each sample.
     """
-    total = 0.0
-    for k in range(half_width.shape[0]):
-        for i in range(half_width.shape[1]):
-            if half_width[k, i] > 0.0:
-                row, per_unit = unit_torque[k, i], 0.0
-                for t in range(len(slope)):
-                    per_unit += row[t] * (slope[t] * weight[t])
-                total += half_width[k, i] * abs(per_unit)
-    return total
+    moved = half_width > 0.0
+    return float(half_width[moved] @ np.abs(unit_torque[moved] @ weighted))
 
 
 @law(fastmath=FAST)
@@ -688,25 +667,24 @@ def certain_loss(motor: Any, magnets: Any, coolest: Any, heated: Any) -> Any:
     return winding_resistance(motor, coolest) / (constant * constant)
 
 
-@law(fastmath=FAST)
-def mean_power_slope(records: CaseRecords, interval: TorqueInterval, pairs: Any, first: Any, slope: Any) -> None:
-    """Fill the slope of the power over the load at the middle of the interval, the mean over some candidates.
+@kernel(fastmath=FAST)
+def mean_power_slope(numbers: CaseNumbers, motion: Any, load: Array, pairs: Any, first: bool, slope: Array) -> None:
+    """Add the slope of the power over the load [W/(N m)], (N,), the mean over some candidates.
 
-    These are the first ones, or evenly spaced. Any slope gives valid bounds; this one gives tight ones.
+    These are the first ones, or evenly spaced. Any slope gives valid bounds; that at the middle of the load's interval
+    gives tight ones. ``motion``: speed, its sign for the losses, and acceleration; ``load``: with joint friction.
     """
-    motion, low, high, friction = interval.motion, interval.low, interval.high, interval.loss_friction
+    speed, loss_speed, acceleration = motion
     count = min(len(pairs), SLOPE_CANDIDATES)
-    slope[:] = 0.0
     for i in range(count):
-        case = set_case(records, pairs[i if first else i * len(pairs) // count])
+        case = set_case(numbers, pairs[i if first else i * len(pairs) // count])
         mesh, ambient = mesh_of(case.gear), case.setting.ambient
         inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
-        loss = certain_loss(case.motor, ambient, ambient, False)
+        loss = certain_loss(case.motor, ambient, ambient, NO)
         for t in range(len(slope)):
-            load = 0.5 * (low[t] + high[t]) + friction[t]
-            per_load = mesh_slope(mesh, load * motion.loss_speed[t])
-            torque = per_load * load + inertia * mesh.ratio * motion.acceleration[t]
-            slope[t] += per_load * (mesh.ratio * motion.speed[t] + 2.0 * loss * torque) / count
+            per_load = mesh_slope(mesh, load[t] * loss_speed[t])
+            torque = per_load * load[t] + inertia * mesh.ratio * acceleration[t]
+            slope[t] += per_load * (mesh.ratio * speed[t] + 2.0 * loss * torque) / count
 
 
 @law(fastmath=FAST)

@@ -50,10 +50,14 @@ from drivetrain.sizing.search.affine_loads import (
 )
 from drivetrain.sizing.search.bounds import (
     BoundData,
-    CaseRecords,
+    CaseNumbers,
     CurrentStops,
     bound_candidates,
-    fill_interval,
+    energy_of_slope,
+    fill_key_samples,
+    load_interval,
+    mean_power_slope,
+    section_peaks,
     torque_interval_of,
 )
 from drivetrain.sizing.search.domains import Indices
@@ -75,6 +79,17 @@ class Judged:
 
 
 @dataclass(frozen=True, eq=False)
+class CaseRecords:
+    """The records of which the case of a candidate is composed."""
+
+    template: Any  # a case of the joint with any motor and gear, (1,)
+    motors: Any  # records of motors, and of the friction of their shafts
+    shafts: Any
+    gears: Any  # records of gears, and whether there is none (direct drive)
+    direct: Array
+
+
+@dataclass(frozen=True, eq=False)
 class JointCandidates:
     """One joint: its load without drives, the influence of the drives on it, and the records of its candidates."""
 
@@ -93,15 +108,12 @@ class JointCandidates:
     # torque, static torque and inertia, (3, M), where stops at the current limit are checked; without the own drive
     current_stops: AffineLoads
     key_series: JointSeries  # buffers for the key samples of the screening
+    records: CaseRecords  # the candidates
     bound_data: BoundData  # the candidates and the buffers of the bounds, for compiled code
+    acceleration_peaks: Indices  # sample of largest acceleration of each section of the cycle, (SECTIONS,)
     is_fixed: bool  # whether the study fixes the drive, which then stays even if it lacks data
     # Each candidate takes the first feasible one of the task's amplifiers; if there are none, that of the records.
     task: JointTask
-
-    @property
-    def records(self) -> CaseRecords:
-        """The records of which the case of a candidate is composed."""
-        return self.bound_data.cases
 
     def cases(self, parts: Indices) -> Any:
         """Records of ``cases.Case`` of pairs, (K,); parts: rows of motor and gear, (K, 2)."""
@@ -123,7 +135,10 @@ class JointCandidates:
             low, high: Load parameter ranges of all joints' drives, (n, PARAMETERS).
         """
         data, full = self.bound_data, self.bound_data.full
-        fill_interval(data.load, data.others, data.unit_torque, low, high, data.half_width, full.low, full.high)
+        others = list(self.loading_joints)
+        full.low[:], full.high[:], data.half_width[:] = load_interval(
+            data.load, data.unit_torque, low[others], high[others]
+        )
         found = full.least_loads
         if self.bearing.base.size:
             bottom, top = self.bearing.bounds(low, high)
@@ -158,11 +173,18 @@ class JointCandidates:
             How many candidates were tested, lower bounds on utilisation and energy [J], (K,) each, and the slope of
             the power over the load [W/(N m)], (N,).
         """
-        slope = np.zeros(len(self.bound_data.load))
+        data, slope = self.bound_data, np.zeros(len(self.bound_data.load))
+        full, motion, open_energy = data.full, data.full.motion, 0.0
+        fill_key_samples(data.key, full, self.acceleration_peaks)
+        if with_energy:
+            load = 0.5 * (full.low + full.high) + full.loss_friction
+            moved = motion.speed, motion.loss_speed, motion.acceleration
+            mean_power_slope(data.cases, moved, load, pairs, energy_weight != 0.0, slope)
+            open_energy = energy_of_slope(data.half_width, data.unit_torque, slope * motion.weight)
         utilisation, energy = np.zeros(len(pairs)), np.zeros(len(pairs))
         count = bound_candidates(
-            self.bound_data, TABLE, pairs, exact, until, not self.is_fixed, cost_limit, test_all, with_energy,
-            energy_weight, base, cost, utilisation, energy, slope,
+            data, TABLE, pairs, exact, until, not self.is_fixed, cost_limit, test_all, with_energy,
+            energy_weight, open_energy, base, cost, utilisation, energy, slope,
         )  # fmt: skip
         return count, utilisation, energy, slope
 
@@ -228,7 +250,7 @@ class JointCandidates:
         )
         if not quick:
             return self.series._replace(load=load, at_key_samples=None)
-        samples = np.concatenate([self.bound_data.acceleration_peaks, _peaks(np.abs(load.torque))])
+        samples = np.concatenate([self.acceleration_peaks, section_peaks(np.abs(load.torque))])
         motion, own = self.series.motion, np.ascontiguousarray(self.series.unit_loads.torque[:, samples])
         key = self.key_series._replace(
             motion=self.key_series.motion._replace(**{n: getattr(motion, n)[samples] for n in motion._fields[:-2]}),
@@ -360,13 +382,13 @@ def _joint_candidates(
 
     def at_peaks(name: str, *magnitudes: Array) -> AffineLoads:
         """A load at the samples where some magnitudes peak in each section of the cycle."""
-        at = np.unique([_peaks(one) for one in magnitudes])
+        at = np.unique([section_peaks(one) for one in magnitudes])
         load, of_others, of_own = (getattr(one, name)[..., at] for one in (series.load, unit, own))
         return affine_loads(load, np.concatenate([of_others, of_own]), drives)
 
     bearing = NO_LOADS
     if demand.wrench is not None:
-        at = np.unique([_peaks(one) for one in bearing_loads(series.load.wrench)])
+        at = np.unique([section_peaks(one) for one in bearing_loads(series.load.wrench)])
         bearing = affine_loads(series.load.wrench[:, at], work.unit_wrenches(joint, drives, at), drives)
     holding = NO_LOADS if demand.static_torque is None else at_peaks("static", np.abs(demand.static_torque))
     ramp_stops = at_peaks("stop", np.abs(series.load.stop)) if len(demand.stop.torque) else NO_LOADS
@@ -383,11 +405,13 @@ def _joint_candidates(
     )
     case, (gear_rows, direct), (pairs, parameters) = template.copy(), gears, every
     bearing_samples = bearing.base.shape[-1] if bearing.base.size else 0
+    records = CaseRecords(template, parts.motor_rows, shafts, gear_rows, direct)
     data = BoundData(
-        CaseRecords(template, case, parts.motor_rows, shafts, gear_rows, direct, pairs), as_numbers(case), parameters,
-        series.load.torque, np.array(others, dtype=np.int64),
+        CaseNumbers(
+            as_numbers(template), as_numbers(case), case, as_numbers(parts.motor_rows), as_numbers(shafts),
+            as_numbers(gear_rows), direct, pairs,
+        ), parameters, series.load.torque,
         unit.torque.reshape(len(others), PARAMETERS, len(cycle.time)), np.zeros((len(others), PARAMETERS)),
-        _peaks(np.abs(demand.acceleration)),
         torque_interval_of(key.motion, task.friction, np.zeros((len(own.torque), size)), np.zeros(size), 0),
         torque_interval_of(series.motion, task.friction, own.torque, share, bearing_samples),
         stops,
@@ -397,7 +421,7 @@ def _joint_candidates(
         inertia = affine_loads(series.load.inertia, np.concatenate([unit.inertia, own.inertia]), drives)
     found = JointCandidates(
         work, joint, demand, series, tuple(others), unit, bearing, holding, ramp_stops, inertia, current_stops, key,
-        data, task.drive is not None, task,
+        records, data, section_peaks(np.abs(demand.acceleration)), task.drive is not None, task,
     )  # fmt: skip
     found.use_amplifier(None)
     return found
@@ -416,7 +440,9 @@ def _current_stops(
     if load.inertia.size and motion.speed.any() and not ramped:
         moves = motion.loss_speed != 0.0
         energy = motion.speed**2 * np.abs(load.inertia)
-        at = np.unique([_peaks(energy), _peaks(moves * np.abs(load.torque)), _peaks(np.abs(motion.speed))])
+        at = np.unique(
+            [section_peaks(energy), section_peaks(moves * np.abs(load.torque)), section_peaks(np.abs(motion.speed))]
+        )
         at = at[moves[at]]
     acceleration = motion.acceleration[at]
 
@@ -434,11 +460,3 @@ def _current_stops(
     )  # fmt: skip
     base = stacked(load.torque[at], load.inertia[at])
     return stops, affine_loads(base, stacked(unit.torque[:, at], unit.inertia[:, at]), others)
-
-
-def _peaks(values: Array) -> Indices:
-    """Sample of the largest value in each of SECTIONS sections of equal length."""
-    length, first = len(values) // SECTIONS, np.arange(SECTIONS)
-    if length == 0:
-        return first % len(values)
-    return first * length + values[: SECTIONS * length].reshape(SECTIONS, length).argmax(axis=1)
