@@ -314,7 +314,7 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
         as_built(ready.study, ready.cases[joint], ready.lossy[joint], draws.factors[part, joint], draws.ambient[part])
         for joint in range(len(works))
     ]
-    required, hidden = np.empty((count, len(SUPPLY_CHECKS))), np.zeros((count, 2))
+    required = np.empty((count, len(SUPPLY_CHECKS)))
     unmade = np.zeros((count, len(works) + len(SHARED)), dtype=np.bool_)
     for first in range(0, count, AT_ONCE):
         some = slice(first, min(first + AT_ONCE, count))
@@ -328,11 +328,11 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
                 used[joint, some], found[some], binding[some], lacking[some],
             )  # fmt: skip
             unmade[some, joint] = lacking[some] >= 0
-            hidden[some] += power_allowance(own)
         figures = supply_figures(ready.study, drawn)
         required[some] = np.stack([figures[row.required] for row in SUPPLY_CHECKS], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         supply = np.where(ready.limits > 0.0, required / ready.limits, np.where(required > 0.0, np.inf, 0.0))
+    hidden = np.sum([power_allowance(own) for own in cases], axis=0)
     for name, more in zip(("peak_power", "mean_power"), hidden.T, strict=True):
         column = [row.required for row in SUPPLY_CHECKS].index(name)
         share, limit = supply[:, column], ready.limits[column]
