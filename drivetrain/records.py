@@ -96,3 +96,8 @@ def columns(dtype: Any, prefix: str = "") -> dict[str, int]:
 def as_numbers(records: Any) -> Any:
     """The same memory as plain floats, one row per record."""
     return records.view(np.float64).reshape(len(records), records.dtype.itemsize // 8)
+
+
+def copied(records: Any) -> Any:
+    """A copy; numpy copies records field by field, which takes ten times as long."""
+    return as_numbers(records).copy().view(records.dtype).reshape(len(records))

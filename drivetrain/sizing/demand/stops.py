@@ -35,8 +35,11 @@ class StopBasis:
 
 def stop_starts(cycle: Cycle, among: Indices) -> Indices:
     """Samples at which stops begin: STARTS of some samples, evenly spaced, and those at which a joint is fastest."""
-    some, fastest = among[:: max(1, -(-len(among) // STARTS))], np.abs(cycle.velocity).argmax(axis=0)
-    return np.intersect1d(among, np.union1d(some, fastest))
+    allowed, chosen = np.zeros((2, len(cycle.time)), dtype=np.bool_)
+    allowed[among] = True
+    chosen[among[:: max(1, -(-len(among) // STARTS))]] = True
+    chosen[np.abs(cycle.velocity).argmax(axis=0)] = True
+    return np.flatnonzero(allowed & chosen)
 
 
 @lru_cache(maxsize=2)

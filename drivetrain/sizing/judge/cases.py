@@ -18,7 +18,7 @@ from drivetrain.drive.gear import DRAG_REFERENCE, Gear, complete
 from drivetrain.drive.motor import Motor, strongest_constant, winding_resistance
 from drivetrain.drive.motor_limits import with_allowances
 from drivetrain.jit import law
-from drivetrain.records import UNKNOWN, as_record, as_records, record_type
+from drivetrain.records import UNKNOWN, as_record, as_records, copied, record_type
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.study.model import JointTask, Safety, Study
 
@@ -377,7 +377,7 @@ def gear_records(gears: Sequence[Gear]) -> Any:
 
 def paired(study: Study, joint: int, demand: JointDemand, motors: tuple[Any, Any], gears: Any, pairs: Any) -> Any:
     """Cases of motor-gear pairs at one joint, (P,)."""
-    task, one = study.joints[joint], _blank_case().copy()
+    task, one = study.joints[joint], copied(_blank_case())
     given = (task.friction, with_peak_time(task.amplifier), study.safety, setting_of(study, task, demand))
     for name, values in zip(("joint", "amplifier", "safety", "setting"), given, strict=True):
         one[name] = as_records([values])

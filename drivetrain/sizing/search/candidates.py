@@ -20,7 +20,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import NO_GEAR, unknown_loss
-from drivetrain.records import as_numbers, as_records
+from drivetrain.records import as_numbers, as_records, copied
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.demand.series import (
@@ -403,7 +403,7 @@ def _joint_candidates(
     template = paired(
         study, joint, demand, (parts.motor_rows, shafts), gears, np.zeros((min(len(shafts), 1), 2), dtype=np.int64)
     )
-    case, (gear_rows, direct), (pairs, parameters) = template.copy(), gears, every
+    case, (gear_rows, direct), (pairs, parameters) = copied(template), gears, every
     bearing_samples = bearing.base.shape[-1] if bearing.base.size else 0
     records = CaseRecords(template, parts.motor_rows, shafts, gear_rows, direct)
     data = BoundData(
