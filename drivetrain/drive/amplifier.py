@@ -318,8 +318,7 @@ def overload_after(amplifier: Any, overload: Any, square: Any, step: Any) -> Any
     if known(constant):
         left = math.exp(-step / constant)
         return left * overload + (1.0 - left) * square
-    grown = overload + (square - 1.0) * step
-    return 0.5 * (grown + abs(grown))  # not below zero
+    return max(overload + (square - 1.0) * step, 0.0)  # NaN stays NaN
 
 
 @law

@@ -31,8 +31,8 @@ class Motion(NamedTuple):
             stator's link [rad/s], [rad/s^2].
         loss_speed: Speed whose direction decides the losses [rad/s]; see ``drive.loss_speed``.
         weight: Time that each sample represents in the cycle [s].
-        rate_before, rate_at, rate_after: Factors on a series at the sample before, itself and the sample after, whose
-            sum is its rate of change [1/s]; see ``difference_factors``.
+        rates: Factors on a series at the sample before, itself and the sample after, whose sum is its rate of change
+            [1/s], (3, N); see ``difference_factors``.
         next_speed: ``loss_speed`` at the sample after, of which only the sign is used [rad/s].
         phase_ratio: Current of the most loaded phase, relative to the RMS of all; see ``phase_ratio``.
         rests: Intervals in which the joint is at rest, first sample and the one after the last, (M, 2).
@@ -45,9 +45,7 @@ class Motion(NamedTuple):
     carrier_acceleration: Array
     loss_speed: Array
     weight: Array
-    rate_before: Array
-    rate_at: Array
-    rate_after: Array
+    rates: Array
     next_speed: Array
     phase_ratio: Array
     rests: Any
@@ -122,10 +120,9 @@ class Traces(NamedTuple):
     load: Array  # torque at the gear's output, joint friction included [N m]
     gear_load: Array  # its magnitude, with what stages behind the gear add [N m]
     torque: Array  # electromagnetic torque [N m]
-    # Friction above the sum of Coulomb and viscous friction [N m].
-    joint_excess: Array
-    loss_excess: Array
-    shaft_excess: Array
+    # Friction above the sum of Coulomb and viscous friction [N m], (3, N): of the joint at ``Motion.speed``, of the
+    # joint and of the motor's shaft at ``Motion.loss_speed``.
+    excess: Array
     drag: Array  # drag torque of the gear, at its input [N m]
     powers: SpeedPowers  # for the drag
     starting: Array  # magnitude of the torque at rest, breakaway of the joint included [N m]
@@ -171,7 +168,7 @@ def at_samples(series: JointSeries, samples: Any) -> JointSeries:
     """Motion and torque of a joint at some samples; loads that only the full judgement needs are omitted."""
     motion, load, unit_loads = series.motion, series.load, series.unit_loads
     periods = motion.periods._replace(step=np.zeros(len(samples)))
-    rows = {name: np.ascontiguousarray(getattr(motion, name)[samples]) for name in motion._fields[:-2]}
+    rows = {name: getattr(motion, name).take(samples, axis=-1) for name in motion._fields[:-2]}
     chosen = motion._replace(rests=motion.rests[:0], periods=periods, **rows)
     none, count = np.zeros(0), len(unit_loads.torque)
     nothing = (np.zeros((6, 0)), none, none, none)
@@ -186,11 +183,11 @@ def at_samples(series: JointSeries, samples: Any) -> JointSeries:
 
 def new_traces(samples: int, parts: int) -> Traces:
     """Empty buffers."""
-    load, at_gear, joint, loss, shaft, drag, starting, friction, mesh, turning, stop = np.zeros((11, samples))
-    power = np.zeros((2, samples))
+    load, at_gear, drag, starting, friction, mesh, turning, stop = np.zeros((8, samples))
+    excess, power = np.zeros((3, samples)), np.zeros((2, samples))
     return Traces(
-        load, at_gear, np.zeros(samples + 2), joint, loss, shaft, drag, new_speed_powers(samples), starting, friction,
-        mesh, turning, stop, power, new_losses(samples), new_parts(parts),
+        load, at_gear, np.zeros(samples + 2), excess, drag, new_speed_powers(samples), starting, friction, mesh,
+        turning, stop, power, new_losses(samples), new_parts(parts),
     )  # fmt: skip
 
 
@@ -202,11 +199,10 @@ def motion_of(demand: JointDemand) -> Motion:
     speed = loss_speed(demand.speed, demand.acceleration, at_rest, parts=cycle.parts)
     edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
     weight = demand.weights if demand.weights.sum() > 0.0 else np.full(len(speed), 1.0 / len(speed))
-    before, at, after = difference_factors(demand)
     periods = periods_of(cycle.time, cycle.parts, cycle.shares)
     return Motion(
         _row(demand.speed), _row(demand.acceleration), _row(demand.carrier_acceleration), _row(speed), _row(weight),
-        _row(before), _row(at), _row(after), _row(speed[cycle.after]),
+        difference_factors(demand), _row(speed[cycle.after]),
         phase_ratio(at_rest, periods), edges, periods,
     )  # fmt: skip
 
@@ -265,8 +261,8 @@ def _all_unit_loads(work: Workload, joint: int) -> UnitLoads:
     return UnitLoads(basis.torque, np.zeros((len(basis.torque), 6, 0)), basis.inertia, stop, static)
 
 
-def difference_factors(demand: JointDemand) -> tuple[Array, Array, Array]:
-    """Factors on the sample before, itself and the one after, whose sum is the rate of change [1/s], (N,) each.
+def difference_factors(demand: JointDemand) -> Array:
+    """Factors on the sample before, itself and the one after, whose sum is the rate of change [1/s], (3, N).
 
     The rate is the mean of the slopes on both sides. Where two samples have the same time, where the direction of
     motion changes (friction and mesh loss step there) and where the payload changes, the current of the model steps;
@@ -280,7 +276,7 @@ def difference_factors(demand: JointDemand) -> tuple[Array, Array, Array]:
     slope = np.where(smooth, 1.0 / np.where(smooth, steps, 1.0), 0.0)
     ahead, behind = np.append(slope, 0.0), np.concatenate([[0.0], slope])
     sides = np.maximum((ahead > 0.0).astype(float) + (behind > 0.0), 1.0)
-    return -behind / sides, (behind - ahead) / sides, ahead / sides
+    return np.stack([-behind, behind - ahead, ahead]) / sides
 
 
 def _key_samples(demand: JointDemand) -> Any:

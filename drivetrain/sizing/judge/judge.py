@@ -150,7 +150,8 @@ def judge_all(
         if case.setting.cold != 0.0:
             cold = case.setting.cold_start
             set_cold_start(case, mechanical(case, motion, torque, traces, cold).torque + unknown)
-            figures.cold_voltage = larger(figures.cold_voltage, voltage_at(case, motion, traces, cold)) + unknown
+            volts = voltage_at(case, motion.speed, motion.rates, traces.torque, cold)
+            figures.cold_voltage = larger(figures.cold_voltage, volts) + unknown
         set_mechanics(case, mechanical(case, motion, torque, traces, case.setting.gear_temperature))
         if not screen:
             set_jam(case)
@@ -162,7 +163,7 @@ def judge_all(
         if screen:
             continue
         if found[i] <= until:
-            volts = voltage_at(case, motion, traces, ambient)
+            volts = voltage_at(case, motion.speed, motion.rates, traces.torque, ambient)
             if quick and case.motor.magnet_coefficient <= 0.0:  # the warm motor needs no less current
                 set_currents(case, torque_constant(case.motor, ambient))
                 figures.winding_temperature, figures.phase_temperature, figures.voltage = np.nan, np.nan, volts
@@ -172,7 +173,7 @@ def judge_all(
             set_currents(case, torque_constant(case.motor, figures.magnet_temperature))
             judged = known(case.limits.winding_temperature + figures.winding_temperature)
             heating = 0.0 if judged else heating_allowance(case, motion, traces)
-            steepest = 0.0 if case.motor.inductance_allowance == 0.0 else steepest_rate(motion, traces.torque)
+            steepest = 0.0 if case.motor.inductance_allowance == 0.0 else steepest_rate(motion.rates, traces.torque)
             add_thermal_allowance(case, traces.losses.winding_at[0], heating, steepest)
             if case.setting.overload != 0.0:
                 phase, periods, torques = motion.phase_ratio, motion.periods, traces.torque[1:-1]
@@ -183,7 +184,8 @@ def judge_all(
                     case.allowance.overload = more - figures.overload
             volts = larger(volts, starting_voltage(case, motion.rests, traces.losses.winding_at, traces.starting))
             drawn = power[min(i, len(power) - 1)] if len(power) > 0 else traces.power
-            figures.voltage = larger(volts, electrical(case, motion, traces, drawn)) + unknown
+            peak = electrical(case, motion, traces.torque, traces.load, traces.losses.winding_at, drawn)
+            figures.voltage = larger(volts, peak) + unknown
             figures.winding_temperature += unknown
             figures.phase_temperature += unknown
             figures.gear_loss += unknown
@@ -348,11 +350,11 @@ def add_thermal_allowance(case: Any, winding: Any, heating: Any, steepest: Any) 
 
 
 @law(fastmath=FAST)
-def steepest_rate(motion: Any, torque: Any) -> Any:
+def steepest_rate(rates: Any, torque: Any) -> Any:
     """Largest rate of change of the motor torque [N m/s]; ``torque``: with a sample more at each end."""
     before, at, after, steepest = torque[:-2], torque[1:-1], torque[2:], 0.0
     for t in range(len(at)):
-        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * at[t] + motion.rate_after[t] * after[t]
+        rate = rates[0, t] * before[t] + rates[1, t] * at[t] + rates[2, t] * after[t]
         steepest = larger(steepest, abs(rate))
     return steepest
 
@@ -721,20 +723,20 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
     joint, shaft = friction_curve(case.joint), friction_curve(case.shaft)
-    excess_series(joint, 1.0, motion.speed, traces.joint_excess)
-    excess_series(joint, 1.0, motion.loss_speed, traces.loss_excess)
-    excess_series(shaft, mesh.ratio, motion.loss_speed, traces.shaft_excess)
+    excess_series(joint, 1.0, motion.speed, traces.excess[0])
+    excess_series(joint, 1.0, motion.loss_speed, traces.excess[1])
+    excess_series(shaft, mesh.ratio, motion.loss_speed, traces.excess[2])
     drag_series(mesh, gear_temperature, motion.loss_speed, traces.powers, traces.drag)
     largest_load, largest_joint, largest, square, phase = 0.0, 0.0, 0.0, 0.0, 0.0
     more, own = onward(case.gear) - 1.0, stage_load(case.gear)
     for t in range(len(torque)):
         speed = motion.loss_speed[t]
-        load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.joint_excess[t]
-        lossy = gear_torque[t] + sliding_friction(joint, speed) + traces.loss_excess[t]
+        load = gear_torque[t] + sliding_friction(joint, motion.speed[t]) + traces.excess[0, t]
+        lossy = gear_torque[t] + sliding_friction(joint, speed) + traces.excess[1, t]
         torque[t] = (
             mesh_torque(mesh, lossy, speed)
             + rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-            + sliding_friction(shaft, mesh.ratio * speed) + traces.shaft_excess[t]
+            + sliding_friction(shaft, mesh.ratio * speed) + traces.excess[2, t]
             + traces.drag[t]
         )  # fmt: skip
         driven = gear_load(more, own, load, motion.speed[t], motion.acceleration[t])
@@ -748,7 +750,9 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
         phase += heating * motion.phase_ratio[t] * motion.phase_ratio[t]
         traces.load[t], traces.gear_load[t] = load, driven
     moves = case.setting.moves
-    resting_load, start = at_rest(moves, mesh, inertia, joint, shaft, motion, gear_torque, traces)
+    resting_load, start = at_rest(
+        moves, mesh, inertia, joint, shaft, motion, gear_torque, torque, traces.load, traces.starting
+    )
     largest_joint, largest_load = (
         larger(largest_joint, resting_load),
         larger(largest_load, resting_load * (1.0 + more * moves)),
@@ -782,11 +786,14 @@ def average_load(load: Any, speed: Any, weight: Any, exponent: Any, largest_at_r
 
 @law(fastmath=FAST)
 def at_rest(
-    moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, gear_torque: Any, traces: Any
-) -> Any:
-    """Largest load and motor torque during all stretches of standstill, including breakaway if the joint ever moves."""
+    moves: Any, mesh: Any, inertia: Any, joint: Any, shaft: Any, motion: Any, gear_torque: Any, torques: Any,
+    loads: Any, starts: Any,
+) -> Any:  # fmt: skip
+    """Largest load and motor torque during all stretches of standstill, including breakaway if the joint ever moves.
+
+    ``starts`` is set as ``Traces.starting``.
+    """
     accelerations, carriers, upcoming_speeds = motion.acceleration, motion.carrier_acceleration, motion.next_speed
-    torques, loads, starts = traces.torque[1:-1], traces.load, traces.starting
     largest_load, largest = 0.0, 0.0
     for first, last in motion.rests:
         rest = slice(first, last)
@@ -890,7 +897,7 @@ def shaft_losses(case: Any, speeds: Any, traces: Any) -> None:
     """
     shaft, mesh, loss = friction_curve(case.shaft), mesh_of(case.gear), traces.friction_loss
     coil, reference = known_or(case.motor.brake.power, 0.0), 1.0 / drag_factor(mesh, case.setting.gear_temperature)
-    excess_series(shaft, mesh.ratio, speeds, traces.shaft_excess)
+    excess_series(shaft, mesh.ratio, speeds, traces.excess[2])
     share, hot = case.setting.amplifier_heat, known_or(case.motor.max_winding_temperature, WARMEST)
     coil += share * known_or(case.amplifier.standby_power, 0.0)
     constant = torque_constant(case.motor, hot)
@@ -899,7 +906,7 @@ def shaft_losses(case: Any, speeds: Any, traces: Any) -> None:
         speed = mesh.ratio * speeds[t]
         seal = mesh.seal * abs(speed) * (traces.drag[t] != 0.0)
         lost = bridge * traces.torque[t + 1] * traces.torque[t + 1]
-        loss[t] = (sliding_friction(shaft, speed) + traces.shaft_excess[t]) * speed + coil + lost
+        loss[t] = (sliding_friction(shaft, speed) + traces.excess[2, t]) * speed + coil + lost
         traces.mesh_loss[t] = mesh_loss_power(mesh, traces.load[t], speeds[t]) + seal
         traces.drag_loss[t] = (traces.drag[t] * speed - seal) * reference
 
@@ -950,15 +957,18 @@ def torque_factor(safety: Any) -> Any:
 
 
 @law(fastmath=FAST)
-def voltage_at(case: Any, motion: Any, traces: Any, cold: Any) -> Any:
-    """Largest terminal voltage of a cold motor [V]: its stronger magnets need more voltage at speed."""
-    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+def voltage_at(case: Any, speeds: Any, rates: Any, torques: Any, cold: Any) -> Any:
+    """Largest terminal voltage of a cold motor [V]: its stronger magnets need more voltage at speed.
+
+    ``torques``: with a sample more at each end.
+    """
+    before, torque, after = torques[:-2], torques[1:-1], torques[2:]
     ratio, inductance, largest = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0
     constant, ohms = torque_constant(case.motor, cold), winding_resistance(case.motor, cold)
     inverse, more = 1.0 / constant, torque_factor(case.safety)
     for t in range(len(torque)):
-        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
-        speed = ratio * motion.speed[t]
+        rate = rates[0, t] * before[t] + rates[1, t] * torque[t] + rates[2, t] * after[t]
+        speed = ratio * speeds[t]
         current, rise = torque[t] * inverse, rate * inverse
         volts = winding_voltage(constant, ohms, inductance, speed, current, rise)
         with_factor = winding_voltage(constant, ohms, inductance, speed, more * current, more * rise)
@@ -980,34 +990,34 @@ def starting_voltage(case: Any, rests: Any, winding_at: Any, torque: Any) -> Any
 
 
 @law(fastmath=FAST)
-def electrical(case: Any, motion: Any, traces: Any, power: Any) -> Any:
+def electrical(case: Any, motion: Any, torques: Any, load: Any, winding_at: Any, power: Any) -> Any:
     """Largest terminal voltage at the temperatures of the cycle [V]; adds the drive's power without L di/dt to
     ``power`` [W].
 
     ``power`` has two rows: the expected power, and its lower bound with lossless gear and shaft and a cold winding,
     which feeds back more. A brake coil draws its power while it is open. Sets energy and mean power, including the
-    amplifier's conduction loss.
+    amplifier's conduction loss. ``torques``: with a sample more at each end.
     """
     drawn_power, least_power, switches = power[0], power[1], known_or(case.amplifier.on_resistance, 0.0)
     inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
     lowest = coldest(case.setting)
     cold = torque_constant(case.motor, lowest)
     loss = winding_resistance(case.motor, lowest) / (cold * cold)
-    before, torque, after = traces.torque[:-2], traces.torque[1:-1], traces.torque[2:]
+    before, torque, after, rates = torques[:-2], torques[1:-1], torques[2:], motion.rates
     ratio, inductance, largest, energy = case.gear.ratio, known_or(case.motor.inductance, 0.0), 0.0, 0.0
     constant, ohms = torque_constant(case.motor, case.figures.magnet_temperature), winding_resistance(case.motor, 0.0)
     slope, inverse, more = winding_resistance(case.motor, 1.0) - ohms, 1.0 / constant, torque_factor(case.safety)
     coil = known_or(case.motor.brake.power, 0.0)
     for t in range(len(torque)):
-        rate = motion.rate_before[t] * before[t] + motion.rate_at[t] * torque[t] + motion.rate_after[t] * after[t]
-        speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * traces.losses.winding_at[t]
+        rate = rates[0, t] * before[t] + rates[1, t] * torque[t] + rates[2, t] * after[t]
+        speed, current, hot = ratio * motion.speed[t], torque[t] * inverse, ohms + slope * winding_at[t]
         volts = winding_voltage(constant, hot, inductance, speed, current, rate * inverse)
         with_factor = winding_voltage(constant, hot, inductance, speed, more * current, more * (rate * inverse))
         drawn = winding_voltage(constant, hot, 0.0, speed, current, 0.0) * current + coil
         largest = larger(largest, larger(abs(volts), abs(with_factor)))
         taken = drawn + conduction_loss(switches, current)
         energy += motion.weight[t] * taken
-        free = traces.load[t] / ratio
+        free = load[t] / ratio
         free += rotor_torque(inertia, ratio, motion.acceleration[t], motion.carrier_acceleration[t])
         drawn_power[t] += taken
         least_power[t] += smaller(drawn, free * (speed + loss * free))

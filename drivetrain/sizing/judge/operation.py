@@ -201,7 +201,7 @@ class Operation:
         current = more * self.judgement.series.traces.torque / torque_constant(self.drive.motor, magnets)
         steps = np.diff(current)
         # differences first: this loses no digits where the steps are tiny
-        rate = motion.rate_after * steps[1:] - motion.rate_before * steps[:-1]
+        rate = motion.rates[2] * steps[1:] - motion.rates[0] * steps[:-1]
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
 
     def instant(self, series: str) -> float | None:

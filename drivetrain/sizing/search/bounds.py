@@ -641,8 +641,8 @@ def least_voltage(case: Any, interval: TorqueInterval, constants: Any, ohms: Any
     (weak, strong), (cool, warm) = constants, ohms
     more, less = factor / weak, factor / strong
     l0, l1, l2, h0, h1, h2 = least[:-2], least[1:-1], least[2:], most[:-2], most[1:-1], most[2:]
-    speed, behind = motion.speed[1:-1], motion.rate_before[1:-1]
-    at, ahead = motion.rate_at[1:-1], motion.rate_after[1:-1]
+    speed, behind = motion.speed[1:-1], motion.rates[0, 1:-1]
+    at, ahead = motion.rates[1, 1:-1], motion.rates[2, 1:-1]
     for t in range(len(speed)):
         emf, low, high = ratio * speed[t], smaller(cool * l1[t], warm * l1[t]), larger(cool * h1[t], warm * h1[t])
         low += inductance * smaller(behind[t] * l0[t], behind[t] * h0[t])

@@ -252,8 +252,9 @@ class JointCandidates:
             return self.series._replace(load=load, at_key_samples=None)
         samples = np.concatenate([self.acceleration_peaks, section_peaks(np.abs(load.torque))])
         motion, own = self.series.motion, np.ascontiguousarray(self.series.unit_loads.torque[:, samples])
+        rows = {name: getattr(motion, name).take(samples, axis=-1) for name in motion._fields[:-2]}
         key = self.key_series._replace(
-            motion=self.key_series.motion._replace(**{n: getattr(motion, n)[samples] for n in motion._fields[:-2]}),
+            motion=self.key_series.motion._replace(**rows),
             load=self.key_series.load._replace(torque=load.torque[samples]),
             unit_loads=self.key_series.unit_loads._replace(torque=own),
         )
