@@ -311,7 +311,7 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
     load = (loads.gear + shaft_torques(arm, balance)) * travel
     slow = np.maximum(SLOW * np.abs(speed).max(axis=0), 1e-12)
     way = np.tanh(speed / slow)
-    sliding, coulomb, through, drag = (np.zeros_like(speed) for _ in range(4))
+    sliding, coulomb, through, share, drag = (np.zeros_like(speed) for _ in range(5))
     for i, law in enumerate(prior.friction):
         smooth = _smooth(law, slow[i])
         sliding[:, i] = friction_torque(smooth, speed[:, i])
@@ -320,6 +320,7 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
         mesh = mesh_of(as_record(complete(gear)))
         power = way[:, i] * direction(load[:, i] + sliding[:, i])
         through[:, i] = 0.5 * (mesh.driving + mesh.driven + (mesh.driving - mesh.driven) * power)
+        share[:, i] = 1.0 + law.load_share * power  # the factor of ``through`` that grows with the share
         if study is not None and prior.drives:
             turning, temperature = mesh.ratio * speed[:, i], float(study.drag_temperature(study.ambient))
             shaft = _smooth(shaft_friction(prior.drives[i]), abs(mesh.ratio) * slow[i])
@@ -327,7 +328,7 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
             drag[:, i] = mesh.ratio * (running + friction_torque(shaft, turning))
     lost = through * (load + sliding) - load + drag
     given = loads.torque + balance + (lost / travel) @ shaft_turns(arm)
-    laws = np.stack([speed, coulomb, way * np.abs(load + sliding)])
+    laws = np.stack([speed, coulomb, way * np.abs(load + sliding) / share])
     return _Model(given, balance, through, laws)
 
 

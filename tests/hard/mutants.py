@@ -5,9 +5,8 @@
     python tests/hard/mutants.py try FILE COUNT SEED [ROOM ...] COUNT of all, drawn; results go to FILE's .jsonl
     python tests/hard/mutants.py rate FILE ...                  the table of docs/trust.md
 
-Most is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
-The bounds of the search and identification would take too long so: they are compiled, with nothing taken from the disk
-cache that the mutant is part of.
+Code is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a process of its own.
+Rows of the table of checks are numbers that compiled code is given, and are tried with it.
 A mutant meets the tests that call its function, one row of each first.
 """
 
@@ -33,8 +32,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PACKAGE = ROOT / "drivetrain"
 PLAIN = ("drive", "dynamics/core", "sizing/judge", "solvers", "control/laws.py", "effects", "simulation/core",
-         "simulation/engines")  # fmt: skip
-COMPILED = ("sizing/search/bounds.py", "identification")
+         "simulation/engines", "sizing/search/bounds.py", "identification")  # fmt: skip
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard", "effects",
                "simulation")  # fmt: skip
 COMPILED_TESTS = (
@@ -323,7 +321,7 @@ class _Trials:
 
 
 def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
-    """Put a mutant in place of its function, and take nothing compiled with that function from the disk."""
+    """Put a mutant in place of its function."""
     module = sys.modules[".".join(path.relative_to(ROOT).with_suffix("").parts)]
     bare = mutant(function, index)
     bare.decorator_list, bare.returns = [], None
@@ -339,8 +337,6 @@ def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
     if bare.args.defaults:
         defaults = ast.Expression(ast.Tuple(bare.args.defaults, ast.Load()))
         found.__defaults__ = eval(compile(ast.fix_missing_locations(defaults), str(path), "eval"), vars(module))
-    if not os.environ.get("NUMBA_DISABLE_JIT"):
-        _without_cache(path)
 
 
 def _function_in(holder: Any) -> FunctionType:
@@ -350,21 +346,6 @@ def _function_in(holder: Any) -> FunctionType:
         holder = inner
     assert isinstance(holder, FunctionType)
     return holder
-
-
-def _without_cache(path: Path) -> None:
-    from numba.core.caching import NullCache
-
-    from drivetrain import jit
-
-    kept = jit._folder
-    jit._folder = lambda module: None if path in jit._closure(module) else kept(module)  # type: ignore[assignment]
-    for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
-        if name.startswith("drivetrain") and file and path in jit._closure(Path(file)):
-            for one in vars(module).values():
-                if hasattr(one, "py_func") and hasattr(one, "_cache"):
-                    one._cache = NullCache()
 
 
 def files(rooms: tuple[str, ...]) -> list[Path]:
@@ -388,7 +369,7 @@ def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, f
         return [(name, seconds) for _, seconds, name in sorted(ordered)]
 
     found = calling(lambda call: call == where)
-    if not found and inside.startswith((*COMPILED, RUNNING)):  # what is compiled is not seen when it is called
+    if not found and inside == RUNNING:  # what is compiled is not seen when it is called
         found = calling(lambda call: call.startswith(f"{inside}:"))
     if inside == RUNNING:
         found = [(name, 0.0) for name in told if name.endswith(OF_THE_TABLE)] + found
@@ -410,7 +391,7 @@ def tried(place: Path, count: int, seed: int, only: tuple[str, ...]) -> None:
     prepare(plain)
     done = {json.loads(line)["mutant"] for line in results.read_text().splitlines()} if results.exists() else set()
     every: list[tuple[str, str, Callable[[], None]]] = []
-    for path in files(PLAIN if plain else COMPILED):
+    for path in files(PLAIN if plain else ()):
         inside = str(path.relative_to(PACKAGE))
         if only and not inside.startswith(only):
             continue
@@ -438,7 +419,7 @@ def rate(places: list[Path]) -> None:
     lines = [json.loads(line) for place in places for line in place.with_suffix(".jsonl").read_text().splitlines()]
     found = {one["mutant"]: one["noticed"] for one in lines}  # the last word on each
     print("| mutants of | tried | noticed |\n|---|---|---|")
-    for room in (*PLAIN, *COMPILED):
+    for room in PLAIN:
         mine = [noticed for mutant, noticed in found.items() if mutant.startswith(room)]
         print(f"| `{room}` | {len(mine)} | {sum(mine)} |")
     low, high = binomtest(sum(found.values()), len(found)).proportion_ci(0.95)

@@ -1,0 +1,614 @@
+"""Identification part by part on small recordings, each against another way to the same numbers."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import drivetrain as dt
+from drivetrain.drive.gear import complete, mesh_of
+from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
+from drivetrain.identification import exciting, fit
+from drivetrain.identification.least_squares import (
+    GRID,
+    base_parameters,
+    consistent,
+    nearest_consistent,
+    problem_of,
+    pseudo_inertias,
+    ten_parameters,
+)
+from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.records import as_record
+from drivetrain.sizing.demand.demand import workload
+from drivetrain.sizing.judge.operation import Operation
+from drivetrain.study.model import DriveMass, Stop
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+# --- bodies
+
+
+def of_points(masses: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ten parameters and pseudo-inertia of points, both by their definitions."""
+    tensor = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, points, strict=True))
+    ten = [
+        masses.sum(),
+        *(masses @ points),
+        *(tensor[i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))),
+    ]
+    ones = np.column_stack([points, np.ones(len(points))])
+    return np.array(ten), ones.T @ (masses[:, None] * ones)
+
+
+def test_pseudo_inertias_of_points() -> None:
+    rng = np.random.default_rng(0)
+    found = [of_points(rng.uniform(0.5, 2.0, 5), rng.normal(size=(5, 3))) for _ in range(3)]
+    ten, pseudo = np.concatenate([one for one, _ in found]), np.array([one for _, one in found])
+    np.testing.assert_allclose(pseudo_inertias(ten), pseudo, atol=1e-13)
+    np.testing.assert_allclose(ten_parameters(pseudo), ten, atol=1e-13)
+
+
+def test_consistency_to_a_billionth() -> None:
+    point, _ = of_points(np.array([2.0]), np.array([[0.3, -0.2, 0.5]]))
+    body, pseudo = of_points(np.ones(9), np.random.default_rng(1).normal(size=(9, 3)))
+    assert consistent(point) and consistent(np.zeros(10)) and consistent(np.r_[body, point])
+    values, vectors = np.linalg.eigh(pseudo)
+    for share, possible in ((-0.9e-9, True), (-1.1e-9, False), (1e-9, True)):
+        values[0] = share * values[-1]
+        ten = ten_parameters((vectors * values @ vectors.T)[None])
+        assert consistent(ten) == consistent(np.r_[body, ten]) == consistent(np.r_[ten, body]) == possible
+    # Next to nothing: not less than a billionth of a billionth.
+    assert consistent(ten_parameters(np.diag([1e-30, -0.9e-18, 0.0, 0.0])[None]))
+    assert not consistent(ten_parameters(np.diag([1e-30, -1.1e-18, 0.0, 0.0])[None]))
+
+
+def test_the_nearest_body_in_the_norm_of_its_pseudo_inertia_has_its_positive_eigenvalues() -> None:
+    """There the nearest positive matrix is known: Higham, Linear Algebra and its Applications 103 (1988) 103."""
+    rng = np.random.default_rng(2)
+    to_pseudo = np.array([pseudo_inertias(row).ravel() for row in np.eye(10)]).T
+    metric = np.zeros((22, 22))
+    metric[:10, :10] = metric[10:20, 10:20] = to_pseudo.T @ to_pseudo
+    metric[20:, 20:] = np.diag([3.0, 0.5])
+    wanted, found = [], []
+    for _ in range(2):
+        matrix = rng.normal(size=(4, 4))
+        matrix = matrix + matrix.T
+        values, vectors = np.linalg.eigh(matrix)
+        found.append(ten_parameters(matrix[None]))
+        wanted.append(ten_parameters((vectors * np.maximum(values, 0.0) @ vectors.T)[None]))
+    start, _ = of_points(np.ones(5), rng.normal(size=(5, 3)))
+    given, best = np.r_[*found, -0.7, 0.4], np.r_[*wanted, 0.0, 0.4]
+    answer = nearest_consistent(given, metric, 2, np.r_[start, start, 0.3, 0.3])
+    assert consistent(answer[:20]) and (answer[20:] >= 0.0).all()
+    far, least = ((one - given) @ metric @ (one - given) for one in (answer, best))
+    assert least * (1.0 - 1e-9) < far < least * (1.0 + 1e-3)  # slow where eigenvalues vanish
+    np.testing.assert_allclose(answer, best, atol=0.05)
+    kept = np.r_[start, start, 0.0, 0.4]  # consistent already
+    assert nearest_consistent(kept, metric, 2, np.r_[start, start, 0.3, 0.3]) is kept
+
+
+# --- least squares
+
+
+def small_problem() -> tuple[Any, np.ndarray, np.ndarray]:
+    """Two joints, five parameters, the last of which does nothing, the two before are friction."""
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(83, 2, 5)) * [1.0, 5.0, 0.2, 2.0, 1e-13]
+    wanted = rows @ [0.3, -0.1, 2.0, 0.5, 0.0] + 0.4 * rng.normal(size=(83, 2))
+    return problem_of(rows, wanted, np.array([False, False, True, True, False]), 4, 3), rows, wanted
+
+
+def least(rows: np.ndarray, wanted: np.ndarray, scale: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """Ridge regression by rows added for what is held, of scaled parameters."""
+    flat = np.vstack([rows.reshape(-1, 5) / scale, np.diag(np.sqrt(held))])
+    return np.linalg.lstsq(flat, np.r_[wanted.ravel(), np.zeros(5)], rcond=None)[0]
+
+
+def test_folds_and_their_normal_equations() -> None:
+    problem, rows, wanted = small_problem()
+    ends = [0, 20, 41, 62, 83]
+    parts = [slice(a + 3, b - 3) for a, b in itertools.pairwise(ends)]
+    size = np.sqrt((rows**2).sum(axis=1).mean(axis=0))
+    size[4] = np.inf
+    np.testing.assert_allclose(problem.scale, [*size[:4], 1.0])
+    for fold, part in zip(problem.folds, parts, strict=True):
+        np.testing.assert_allclose(fold.rows, rows[part] / size)
+        np.testing.assert_array_equal(fold.wanted, wanted[part])
+
+    def held(weights, kept):
+        bodies, friction = weights
+        return np.array([bodies, bodies, friction, friction, bodies]) * sum(len(fold.rows) for fold in kept)
+
+    def found(kept, weights):
+        some = [problem.folds[k] for k in kept]
+        return least(np.concatenate([f.rows for f in some]), np.concatenate([f.wanted for f in some]),
+                     np.ones(5), held(weights, some))  # fmt: skip
+
+    for kept, weights in (([0, 1, 2, 3], GRID[5]), ([1, 3], GRID[30])):
+        np.testing.assert_allclose(problem.deviation(kept, weights), found(kept, weights), rtol=1e-9, atol=1e-12)
+
+    # The strongest prior that misses what is held out by no more than the best and one standard error.
+    def chosen(kept):
+        missed = []
+        for weights in GRID:
+            left = [(problem.folds[k], found([j for j in kept if j != k], weights)) for k in kept]
+            missed.append([((fold.wanted - fold.rows @ one) ** 2).sum() for fold, one in left])
+        missed = np.array(missed)
+        best = missed[missed.sum(axis=1).argmin()]
+        more = missed - best
+        error = np.sqrt(len(kept)) * more.std(axis=1, ddof=1)
+        return max(weights for weights, row, one in zip(GRID, more, error, strict=True) if row.sum() <= one)
+
+    assert problem.best_weights([0, 1, 2, 3]) == chosen([0, 1, 2, 3])
+    for k, left in enumerate(problem.held_out()):
+        others = [j for j in range(4) if j != k]
+        fold = problem.folds[k]
+        np.testing.assert_allclose(left, fold.wanted - fold.rows @ found(others, chosen(others)), rtol=1e-8, atol=1e-12)
+    assert len({chosen([j for j in range(4) if j != k]) for k in range(4)} | {chosen([0, 1, 2, 3])}) > 1
+
+
+def test_combinations_that_rows_tell_apart() -> None:
+    rng = np.random.default_rng(4)
+    free = rng.normal(size=(40, 3)) * [1.0, 30.0, 0.2]
+    mixed = free @ [[2.0, 0.0], [-0.5, 0.0], [0.0, 4.0]]
+    rows = np.column_stack([free, mixed, np.zeros(40), 1e-10 * rng.normal(size=40)])
+    base = base_parameters(rows)
+    assert len(base.leading) == 3 == base.combined.shape[0] and base.combined.shape[1] == 7
+    parameters = rng.normal(size=7)
+    np.testing.assert_allclose(
+        rows[:, base.leading] @ (base.combined @ parameters), rows[:, :6] @ parameters[:6], atol=1e-8
+    )
+    np.testing.assert_allclose(base.combined[:, base.leading], np.eye(3), atol=1e-12)
+    assert (base.combined[:, 5:] == 0.0).all()
+    assert sorted((base.combined != 0.0).sum(axis=1)) == [2, 2, 3] or (base.combined != 0.0).sum() >= 6
+    small = np.column_stack([free[:, 0], free[:, 1], free[:, 0] + 1e-8 * free[:, 2]])
+    assert len(base_parameters(small).leading) == 2  # apart by less than the tolerance
+    apart = np.column_stack([free[:, 0], free[:, 1], free[:, 0] + 1e-6 * free[:, 2]])
+    assert len(base_parameters(apart).leading) == 3
+
+
+# --- what is known of the fit
+
+
+def test_correlated_samples_by_summing_products() -> None:
+    rng = np.random.default_rng(5)
+    noise = rng.normal(size=(403, 2))
+    slow = np.array([noise[:, 0], noise[:, 1]]).T
+    for t in range(1, 403):
+        slow[t] += [0.8, 0.4] * slow[t - 1]
+    counts = []
+    for column in slow.T:
+        left = column - column.mean()
+        products = np.array([left[: 403 - k] @ left[k:] for k in range(201)]) / (left @ left)
+        end = next((k for k in range(201) if products[k] < 0.0), 201)
+        counts.append(1.0 + 2.0 * products[1:end].sum())
+    assert fit._correlated_samples(slow) == pytest.approx(np.mean(counts), rel=1e-9)
+    assert counts[0] > 1.5 * counts[1] > 1.5
+    ramp = np.arange(9.0)[:, None]  # never below zero within half of it, or at once
+    left = ramp[:, 0] - 4.0
+    products = np.array([left[: 9 - k] @ left[k:] for k in range(4)]) / 60.0
+    end = next((k for k in range(4) if products[k] < 0.0), 4)
+    assert fit._correlated_samples(ramp) == pytest.approx(1.0 + 2.0 * products[1:end].sum())
+    assert fit._correlated_samples(np.ones((12, 1))) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_covariance_by_clusters(correlation: float) -> None:
+    """Of sums over clusters: the sandwich (X'X)^-1 sum(u u') (X'X)^-1 with its correction for few of them."""
+    rng = np.random.default_rng(6)
+    regressor, left = rng.normal(size=(120, 2, 3)), rng.normal(size=(120, 2))
+    for t in range(1, 120):
+        left[t] += correlation * left[t - 1]
+    length = int(min(max(4.0 * fit._correlated_samples(left), 1.0), 20))
+    assert (length == 20) == (correlation > 0.0)
+    sums = [sum(regressor[t].T @ left[t] for t in range(k, min(k + length, 120))) for k in range(0, 120, length)]
+    bread = np.linalg.inv(sum(one.T @ one for one in regressor))
+    count = len(sums)
+    wanted = bread @ sum(np.outer(u, u) for u in sums) @ bread * count / (count - 1) * 240 / 237
+    np.testing.assert_allclose(fit._covariance(regressor, left), wanted, rtol=1e-10)
+
+
+def test_friction_with_what_was_found() -> None:
+    laws = (
+        dt.Friction(1.0, 2.0, 0.1, 0.2, static=2.4, load_share=0.1), dt.Friction(0.5, viscous=0.3, load_share=0.9),
+        dt.Friction(2.0, static=2.5),
+    )  # fmt: skip
+    change = np.array([0.05, -0.4, 0.2, 0.7, -0.1, -3.0, 0.2, 0.3, -0.5])  # viscous, Coulomb, share
+    found = fit._with_friction(laws, change)
+    assert found == (
+        dt.Friction(1.7, 2.7, 0.15000000000000002, 0.25, static=2.7, load_share=0.30000000000000004),
+        dt.Friction(0.4, viscous=0.0, load_share=0.999), dt.Friction(0.0, viscous=0.2, static=2.5, load_share=0.0),
+    )  # fmt: skip
+    two = fit._with_friction(laws, change[:6])
+    assert [law.load_share for law in two] == [0.1, 0.9, 0.0] and two[0].coulomb == pytest.approx(1.7)
+
+
+# --- whole identifications
+
+
+TRUE = np.array([[3.0, 0.4], [1.5, 0.7]])  # viscous and Coulomb friction
+
+
+def small_arm() -> dt.Arm:
+    """Two joints that turn, about axes across each other, with rotors that are bodies of their own."""
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[:, :3, 3] = [0.2, 0.05, 0.1], [0.55, 0.1, 0.15]
+    c, s = np.cos(0.4), np.sin(0.4)
+    home[1, :3, :3] = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+    tensors = [np.array([[0.05, 0.01, 0.0], [0.01, 0.08, 0.005], [0.0, 0.005, 0.06]]), np.diag([0.03, 0.05, 0.04])]
+    arm = dt.Arm.from_screws(
+        home, [[0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, -0.2, 0.0, 0.4]], [3.0, 2.0], tensors, tip=np.eye(4),
+        gravity=(1.3, -8.0, 4.0), joint_names=["a", "b"], joint_points=[[0.0, 0.0, 0.0], [0.4, 0.0, 0.2]],
+    )  # fmt: skip
+    return dt.with_rotors(arm, [dt.Rotor(60.0, 4e-5, 0.2), dt.Rotor(-50.0, 5e-5, 0.1)])
+
+
+def record(arm: dt.Arm, noise: float = 0.02, samples: int = 200) -> dt.MeasuredMotion:
+    rng = np.random.default_rng(7)
+    time = np.arange(samples) / 50.0
+    omega = 2.0 * np.pi / 4.0 * np.arange(1, 5)
+    phase, size = rng.uniform(0.0, 6.0, (4, 2)), rng.normal(size=(4, 2)) / omega[:, None]
+    angle = time[:, None, None] * omega[:, None] + phase
+    q = (size * np.sin(angle)).sum(axis=1)
+    qd = (size * omega[:, None] * np.cos(angle)).sum(axis=1)
+    qdd = -(size * omega[:, None] ** 2 * np.sin(angle)).sum(axis=1)
+    slow = 0.01 * np.abs(qd).max(axis=0)
+    torque = inverse_dynamics(arm, q, qd, qdd) + TRUE[0] * qd + TRUE[1] * np.tanh(qd / slow)
+    torque = torque + noise * rng.normal(size=torque.shape)
+    return dt.MeasuredMotion("small", arm.joint_names, time, q, qd, qdd, torque=torque)
+
+
+def guess_of(arm: dt.Arm) -> dt.Arm:
+    light = replace(arm, masses=arm.masses * [0.8, 1.25], inertias=arm.inertias * np.array([0.8, 1.25])[:, None, None])
+    return dt.with_rotors(light, [dt.Rotor(60.0, 3e-5, 0.2), dt.Rotor(-50.0, 6e-5, 0.1)])
+
+
+@pytest.fixture(scope="module")
+def identified() -> tuple[dt.Identification, dt.MeasuredMotion, dt.Arm]:
+    arm = small_arm()
+    measured, guess = record(arm), guess_of(arm)
+    return dt.identify(guess, measured), measured, guess
+
+
+def regressor_of(measured: dt.MeasuredMotion, guess: dt.Arm) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of links, of the rotors' inertia about their axes, of friction; what the guess leaves over."""
+    motion = measured.position, measured.velocity, measured.acceleration
+    matrix, qd = torque_regressor(guess, *motion), measured.velocity
+    slow = 0.01 * np.abs(qd).max(axis=0)
+    rubs = [qd[:, :, None] * np.eye(2), np.tanh(qd / slow)[:, :, None] * np.eye(2)]
+    left = measured.torque - inverse_dynamics(guess, *motion)
+    return np.concatenate([matrix[:, :, [*range(20), 29, 39]], *rubs], axis=2), left
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.mean(np.asarray(values) ** 2, axis=0))
+
+
+def test_what_is_found_explains_the_recording(identified: Any) -> None:
+    found, measured, guess = identified
+    matrix, left = regressor_of(measured, guess)
+    motion = measured.position, measured.velocity, measured.acceleration
+    numbers = found.parameters["identified"].to_numpy()
+    assert len(numbers) == 26 and list(found.parameters.index[20:]) == [
+        "rotor a.Izz [kg m^2]", "rotor b.Izz [kg m^2]", "a.viscous [N m s/rad]", "b.viscous [N m s/rad]",
+        "a.coulomb [N m]", "b.coulomb [N m]",
+    ]  # fmt: skip
+    prior = np.r_[torque_parameters(guess)[[*range(20), 29, 39]], np.zeros(4)]
+    np.testing.assert_allclose(found.parameters["prior"], prior, atol=1e-15)
+    np.testing.assert_allclose(torque_parameters(found.arm)[[*range(20), 29, 39]], numbers[:22], atol=1e-12)
+    np.testing.assert_allclose(torque_parameters(found.arm)[20:29], torque_parameters(guess)[20:29], atol=1e-15)
+    assert [law.viscous for law in found.friction] == pytest.approx(numbers[22:24])
+    assert [law.coulomb for law in found.friction] == pytest.approx(numbers[24:])
+    assert numbers[22:24] == pytest.approx(TRUE[0], rel=0.05) and numbers[24:] == pytest.approx(TRUE[1], rel=0.1)
+    modelled = inverse_dynamics(guess, *motion) + matrix @ (numbers - prior)
+    np.testing.assert_allclose(found.modelled, modelled, atol=1e-10)
+    assert (rms(found.measured - found.modelled) < 0.025).all() and (rms(left) > 0.3).all()
+    parts = {"links": slice(0, 20), "rotors": slice(20, 22), "viscous": slice(22, 24), "coulomb": slice(24, 26)}
+    for name, part in parts.items():
+        np.testing.assert_allclose(found.contributions[name], rms(matrix[:, :, part] @ numbers[part]), rtol=1e-9)
+    fixed = inverse_dynamics(guess, *motion) - matrix[:, :, :22] @ prior[:22]
+    np.testing.assert_allclose(found.contributions["drives"], rms(fixed), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found.contributions["unexplained"], rms(measured.torque - modelled), rtol=1e-9)
+    assert found.study is None and found.torque_constant is None
+
+
+def test_tables_of_uncertainty_and_errors(identified: Any) -> None:
+    found, measured, guess = identified
+    matrix, left = regressor_of(measured, guess)
+    spread = rms(left)
+    rows, wanted = matrix / spread[:, None], left / spread
+    size = np.sqrt((rows**2).sum(axis=1).mean(axis=0))
+    size[size < 1e-10 * size.max()] = np.inf
+    ends = np.linspace(0, 200, 11).astype(int)
+    parts = [np.arange(a + 2, b - 2) for a, b in itertools.pairwise(ends)]  # 0.04 s at 50 Hz
+    problem = problem_of(rows, wanted, np.arange(26) >= 22, 10, 2)
+    bodies, friction = problem.best_weights(list(range(10)))
+    assert f"prior held at {bodies:g} for bodies and {friction:g} for friction, by cross-validation" in found.notes
+    used = np.concatenate(parts)
+    flat = rows[used].reshape(-1, 26) / size
+    held = np.where(np.arange(26) >= 22, friction, bodies) * len(used)
+    normal = flat.T @ flat + np.diag(held)
+    change = np.linalg.solve(normal, flat.T @ wanted[used].ravel())
+    numbers, prior = found.parameters["identified"].to_numpy(), found.parameters["prior"].to_numpy()
+    finite = np.where(np.isfinite(size), size, 1.0)
+    np.testing.assert_allclose(numbers, prior + change / finite, rtol=1e-6, atol=1e-9)  # consistent at once
+    base = base_parameters(rows.reshape(-1, 26))
+    assert list(found.base.index) == [found.parameters.index[i] for i in base.leading]
+    pull = np.linalg.solve(normal, held * change) / finite
+    chosen = rows[:, :, base.leading]
+    norm = np.sqrt((chosen**2).sum(axis=(0, 1)))
+    covariance = fit._covariance(chosen / norm, wanted - rows @ (numbers - prior)) / np.outer(norm, norm)
+    np.testing.assert_allclose(found.base["value"], base.combined @ numbers, rtol=1e-9, atol=1e-12)
+    deviation = np.hypot(np.sqrt(np.diag(covariance)), base.combined @ pull)
+    np.testing.assert_allclose(found.base["deviation"], deviation, rtol=1e-6)
+    singular = np.linalg.svd((chosen / norm).reshape(400, -1), compute_uv=False)
+    assert found.condition == pytest.approx(singular[0] / singular[-1], rel=1e-9)
+    # Information of the data and of the prior, of scaled parameters, added up.
+    scaled = base.combined / finite
+    after = np.diag(np.linalg.inv(scaled.T @ np.linalg.inv(covariance) @ scaled + np.diag(held)))
+    np.testing.assert_allclose(found.parameters["share"], np.sqrt(after * held), rtol=1e-5)
+    np.testing.assert_allclose(found.parameters["deviation"], np.hypot(np.sqrt(after) / finite, pull), rtol=1e-5)
+    # Errors on what was held out.
+    missed = np.concatenate(problem.held_out()) * spread
+    errors = found.errors
+    np.testing.assert_allclose(errors["measured"], rms(measured.torque[used]), rtol=1e-9)
+    np.testing.assert_allclose(errors["given"], rms(left[used]), rtol=1e-9)
+    np.testing.assert_allclose(errors["identified"], rms(missed), rtol=1e-6)
+    model = measured.torque[used] - missed
+    wanted = [np.corrcoef(measured.torque[used][:, i], model[:, i])[0, 1] for i in range(2)]
+    np.testing.assert_allclose(errors["correlation"], wanted, rtol=1e-9)
+    text = found.base["combination"].iloc[0]
+    assert text.startswith("1 ") or " 1 " in text or text.count(" + ") + text.count(" - ") >= 0
+    assert repr(found) == f"Identification({len(base.leading)} base parameters, better on 2 of 2 joints)"
+    assert "N m" in found._repr_html_()
+
+
+@pytest.fixture(scope="module")
+def short() -> tuple[dt.MeasuredMotion, dt.Arm]:
+    """As few samples as may be: ten parts, each of which loses 0.04 s at both ends and keeps ten samples."""
+    arm = small_arm()
+    return record(arm, samples=140), guess_of(arm)
+
+
+def test_torques_from_outside_are_not_identified(short: Any) -> None:
+    measured, guess = short
+    outside = np.random.default_rng(8).normal(size=measured.torque.shape)
+    whole = dt.identify(guess, measured)
+    again = dt.identify(guess, replace(measured, torque=measured.torque + outside), known_torque=outside)
+    np.testing.assert_allclose(again.parameters["identified"], whole.parameters["identified"], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(again.modelled, whole.modelled + outside, atol=1e-8)
+    np.testing.assert_allclose(again.contributions["unexplained"], whole.contributions["unexplained"], rtol=1e-6)
+
+
+def test_one_link_alone_and_a_joint_without_motion_of_its_torque(short: Any) -> None:
+    measured, guess = short
+    still = replace(measured, torque=measured.torque * [1.0, 0.0] + [0.0, 3.0])
+    last = dt.identify(guess, still, links=[guess.link_names[1]])
+    assert [name.split(".")[0] for name in last.parameters.index[:10]] == [guess.link_names[1]] * 10
+    assert len(last.parameters) == 14 and (last.arm.masses[0], last.arm.rotors) == (guess.masses[0], guess.rotors)
+    np.testing.assert_allclose(torque_parameters(last.arm)[10:20], last.parameters["identified"][:10], atol=1e-12)
+    assert np.isnan(last.errors["correlation"].iloc[1]) and last.errors["measured"].iloc[1] == pytest.approx(3.0)
+    few = [getattr(measured, name)[:139] for name in ("time", "position", "velocity", "acceleration", "torque")]
+    with pytest.raises(dt.InputError, match="at least 140 samples"):
+        dt.identify(guess, dt.MeasuredMotion("few", guess.joint_names, *few[:4], torque=few[4]))
+    with pytest.raises(dt.InputError, match="is no link of the arm"):
+        dt.identify(guess, measured, links=["nothing"])
+
+
+def test_motor_torques_and_currents_are_turned_by_the_ratios(short: Any) -> None:
+    measured, guess = short
+    prior, constants, ratios = fit._prior(guess, None), np.array([0.07, 0.11]), np.array([60.0, -50.0])
+    by_motor = replace(measured, torque=None, motor_torque=measured.torque / ratios)
+    np.testing.assert_allclose(fit._joint_torque(by_motor, prior, None), measured.torque, rtol=1e-12)
+    current = measured.torque / ratios / constants
+    by_current = replace(measured, torque=None, current=current)
+    np.testing.assert_allclose(fit._joint_torque(by_current, prior, constants), measured.torque, rtol=1e-12)
+    assert fit._torque_constants(by_current, prior) is None and fit._torque_constants(measured, prior) is None
+    np.testing.assert_allclose(fit._torque_constants(replace(by_motor, current=current), prior), constants)
+    noisy = current + 0.1
+    fitted = (measured.torque / ratios * noisy).sum(axis=0) / (noisy**2).sum(axis=0)
+    np.testing.assert_allclose(fit._torque_constants(replace(measured, current=noisy), prior), fitted, rtol=1e-9)
+    none = fit._torque_constants(replace(measured, current=noisy * [1.0, 0.0]), prior)
+    assert np.isnan(none[1]) and none[0] == pytest.approx(fitted[0])
+
+
+def test_friction_that_is_known_is_the_prior_and_load_friction_is_a_share() -> None:
+    """Deviations from given laws; a share of the load beside, behind joints whose losses depend on it."""
+    arm = small_arm()
+    measured = record(arm, noise=1e-3, samples=140)
+    q, qd, qdd = measured.position, measured.velocity, measured.acceleration
+    given = [dt.Friction(0.5, viscous=2.0, load_share=0.05), dt.Friction(0.9, viscous=1.0)]
+    slow = 0.01 * np.abs(qd).max(axis=0)
+    way, load = np.tanh(qd / slow), inverse_dynamics(dt.with_rotors(arm, [None, None]), q, qd, qdd)
+    rotors = inverse_dynamics(arm, q, qd, qdd) - load
+    rubs = TRUE[0] * qd + TRUE[1] * way
+    shares = np.array([0.12, 0.07])
+    torque = load + rubs + shares * np.abs(load + rubs) * way + rotors
+    lossy = replace(measured, torque=torque)
+    found = dt.identify(arm, lossy, friction=given, load_friction=True)
+    names = [name for name in found.parameters.index if "load_share" in name]
+    assert names == ["a.load_share [-]", "b.load_share [-]"]
+    prior = found.parameters["prior"].to_numpy()[-6:]
+    assert prior.tolist() == [2.0, 1.0, 0.5, 0.9, 0.05, 0.0]
+    assert [float(law.load_share) for law in found.friction] == pytest.approx(
+        shares, abs=0.03
+    )  # hardly apart from Coulomb friction
+    assert (found.errors["identified"] < 0.3 * found.errors["given"]).all()
+
+
+# --- drives of a study
+
+
+@pytest.fixture(scope="module")
+def driven() -> dt.Study:
+    """Two joints with drives from the catalogue, friction of all kinds, and a counterbalance at the second."""
+    study, bare = dt.load_study(EXAMPLES / "ur5_pick_and_place" / "study.yaml"), small_arm()
+    arm, rng = dt.with_rotors(bare, [None, None]), np.random.default_rng(9)
+    position, velocity, acceleration = rng.uniform(-1.0, 1.0, (3, 4, 2))
+    velocity = np.abs(velocity) + 0.5
+    cycle = Cycle(arm.joint_names, np.linspace(0.0, 0.4, 4), position, velocity, acceleration, None, np.full(4, -1), (),
+                  np.zeros(4, int), ("all",))  # fmt: skip
+    spring = dt.Counterbalance(stiffness=2000.0, free_length=0.1, lever_carrier=0.3, lever_link=0.1, dead_centre=-1.5)
+    tasks = [
+        replace(task, name=name, drive=("AM_MF0060008_48V", "hd_CSG-14-50-2UH"), counterbalances=(spring,) * i,
+                friction=dt.Friction(2.0 + i, 3.0 + i, 4.0, 5.0, load_share=0.05 + 0.03 * i),
+                motor_friction=dt.Friction(0.01 + 0.01 * i, viscous=1e-4), stop=Stop(current=20.0))
+        for i, (name, task) in enumerate(zip(arm.joint_names, study.joints, strict=False))
+    ]  # fmt: skip
+    return replace(study, arm=arm, cycle=cycle, joints=tuple(tasks), drive_mass=DriveMass.INCLUDED, payloads=())
+
+
+@pytest.mark.parametrize("ways", [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
+def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple[float, ...]) -> None:
+    """Torques that a study's drives need, gear by gear: those of the judge; its columns are their derivatives."""
+    cycle = replace(driven.cycle, velocity=driven.cycle.velocity * ways)
+    study, n = replace(driven, cycle=cycle), 2
+    prior, motion = fit._prior(study, None), [cycle.position, cycle.velocity, cycle.acceleration]
+    work = workload(study)
+    wanted = [
+        Operation(work.at(i, dict(enumerate(prior.drives))).demand(drive), drive, study, i).motor_torque
+        for i, drive in enumerate(prior.drives)
+    ]
+    model = fit._model(prior, motion)
+    ratio = np.array([drive.gear.ratio for drive in prior.drives])
+    np.testing.assert_allclose(model.given / ratio, np.array(wanted).T, rtol=1e-6)
+    assert (model.balance[:, 0] == 0.0).all() and (model.balance[:, 1] != 0.0).all()
+    columns, step = fit._columns(prior, motion, model, None, True), 1e-5
+    both = {"viscous": ("viscous", "viscous_negative"), "coulomb": ("coulomb", "coulomb_negative")}
+    for k, name in enumerate(("viscous", "coulomb", "load_share")):
+        laws = [
+            replace(law, **{one: getattr(law, one) + step for one in both.get(name, (name,))}) for law in prior.friction
+        ]
+        more = fit._model(replace(prior, friction=tuple(laws)), motion).given
+        first = columns.laws + k * n
+        found = columns.matrix[:, :, first : first + n].sum(axis=2)
+        np.testing.assert_allclose(found, (more - model.given) / step, rtol=1e-4, err_msg=name)
+        assert columns.prior[first : first + n].tolist() == [getattr(law, name) for law in prior.friction]
+    heavy = replace(study, arm=replace(study.arm, masses=study.arm.masses + np.array([0.0, 1e-3])))
+    added = fit._model(fit._prior(heavy, None), motion).given - model.given
+    change = torque_parameters(heavy.arm)[:20] - torque_parameters(study.arm)[:20]
+    np.testing.assert_allclose(columns.matrix[:, :, :20] @ change, added, rtol=1e-4, atol=1e-9)
+
+
+def test_near_rest_friction_changes_its_sign_smoothly(driven: dt.Study) -> None:
+    """Over a hundredth of the highest speed, and at least over what the law itself says; half the losses at rest."""
+    law = dt.Friction(2.0, 3.0, 4.0, 5.0, static=9.0, stribeck_speed=0.1)
+    assert fit._smooth(law, 0.02) == dt.Friction(2.0, 3.0, 4.0, 5.0, tanh_speed=0.02)
+    assert fit._smooth(dt.Friction(2.0, tanh_speed=0.5), 0.02).tanh_speed == 0.5
+    arm = small_arm()
+    velocity = np.array([[2.0, -1.0], [0.01, 0.004], [0.0, 0.0]])
+    prior = replace(fit._prior(arm, None), friction=(dt.Friction(1.5, viscous=0.3),) * 2)
+    model = fit._model(prior, [np.zeros((3, 2)), velocity, np.zeros((3, 2))])
+    slow = np.array([0.02, 0.01])
+    np.testing.assert_allclose(model.laws[0], velocity)
+    np.testing.assert_allclose(model.laws[1], np.tanh(velocity / slow))
+    bare = inverse_dynamics(arm, np.zeros((3, 2)), velocity, np.zeros((3, 2)))
+    np.testing.assert_allclose(model.given - bare, 1.5 * np.tanh(velocity / slow) + 0.3 * velocity, atol=1e-12)
+    assert (model.through == 1.0).all()
+    stops = [np.zeros((2, 2)), np.array([[1.0, 1.0], [0.0, 0.0]]), np.zeros((2, 2))]
+    resting = fit._model(fit._prior(driven, None), stops)
+    shares = [task.friction.load_share for task in driven.joints]
+    gears = [replace(drive.gear, load_friction=share) for drive, share in zip(driven_of(driven), shares, strict=True)]
+    meshes = [mesh_of(as_record(complete(gear))) for gear in gears]
+    np.testing.assert_allclose(resting.through[1], [0.5 * (mesh.driving + mesh.driven) for mesh in meshes])
+
+
+def driven_of(study: dt.Study) -> tuple[Any, ...]:
+    return fit._prior(study, None).drives
+
+
+def test_sliding_joints_have_units_of_their_own() -> None:
+    """Newtons and metres, unless a screw turns them."""
+    bare = small_arm()
+    arm = dt.Arm.from_screws(
+        bare.home, [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 0.0, -0.2, 0.0, 0.4]], bare.masses, bare.inertias,
+        tip=np.eye(4), joint_names=["a", "b"],
+    )  # fmt: skip
+    motion = list(np.random.default_rng(11).normal(size=(3, 5, 2)))
+    prior = fit._prior(arm, [dt.Friction(1.0, viscous=2.0)] * 2)
+    assert prior.travel.tolist() == [1.0, 1.0]
+    columns = fit._columns(prior, motion, fit._model(prior, motion), None, True)
+    assert columns.names[-6:] == ["a.viscous [N s/m]", "b.viscous [N m s/rad]", "a.coulomb [N]", "b.coulomb [N m]",
+                                  "a.load_share [-]", "b.load_share [-]"]  # fmt: skip
+    assert columns.friction.sum() == 6 and columns.friction[-6:].all() and columns.laws == 20
+    tasks = [SimpleNamespace(travel_per_turn=one, counterbalances=()) for one in (0.02, None)]
+    turned = replace(prior, study=SimpleNamespace(joints=tasks))
+    assert turned.travel.tolist() == [0.02, 1.0]
+    model = fit._model(turned, motion)
+    np.testing.assert_allclose(model.laws[0], motion[1] / [0.02, 1.0])
+    again = fit._columns(turned, motion, model, None, False)
+    assert again.names[-4:] == ["a.viscous [N m s/rad]", "b.viscous [N m s/rad]", "a.coulomb [N m]", "b.coulomb [N m]"]
+    np.testing.assert_allclose(again.matrix[:, 0, -4], motion[1][:, 0] / 0.02**2)
+    np.testing.assert_allclose(again.matrix[:, 0, -2], model.laws[1][:, 0] / 0.02)
+
+
+# --- exciting motions
+
+
+def test_sums_of_sines_start_at_rest_and_reach_a_limit() -> None:
+    rng = np.random.default_rng(10)
+    time, omega = np.arange(4001) / 1000.0, 2.0 * np.pi / 4.0 * np.arange(1.0, 4.0)
+    low, high, fastest = np.array([-1.0, -0.2, -3.0]), np.array([2.0, 0.1, 3.0]), np.array([0.5, 2.0, 9.0])
+    q, qd, qdd = exciting._series(time, omega, rng.normal(size=(2, 3, 3)), (low, high, fastest, 4.0))
+    np.testing.assert_allclose(np.gradient(q, time, axis=0)[1:-1], qd[1:-1], atol=2e-5)
+    np.testing.assert_allclose(np.gradient(qd, time, axis=0)[1:-1], qdd[1:-1], atol=2e-4)
+    for values in (qd, qdd):
+        np.testing.assert_allclose(values[[0, -1]], 0.0, atol=1e-12)
+    np.testing.assert_allclose(q[0], q[-1], atol=1e-12)
+    np.testing.assert_allclose(0.5 * (q.max(axis=0) + q.min(axis=0)), 0.5 * (low + high), atol=1e-12)
+    used = [np.ptp(q, axis=0) / (high - low), np.abs(qd).max(axis=0) / fastest, np.abs(qdd).max(axis=0) / 4.0]
+    np.testing.assert_allclose(np.max(used, axis=0), 0.9, rtol=1e-12)
+    assert len(set(np.argmax(used, axis=0))) == 3
+    # All harmonics are in it: as many as free numbers.
+    basis = np.column_stack([f(time[:, None] * omega) for f in (np.sin, np.cos)])
+    weights = np.linalg.lstsq(np.column_stack([basis, np.ones(4001)]), q, rcond=None)[0]
+    assert (np.abs(weights[:6]) > 1e-6).all()
+    np.testing.assert_allclose(omega @ weights[:3], 0.0, atol=1e-9)
+    np.testing.assert_allclose(omega**2 @ weights[3:6], 0.0, atol=1e-9)
+
+
+def test_limits_that_are_not_stated() -> None:
+    arm = dt.load_arm("planar-2r-bare")
+    for lower, upper, speed, wanted in (
+        (-np.inf, np.inf, np.inf, (-np.pi, np.pi, 2.0)), (-1.0, np.inf, 3.0, (-1.0, np.pi, 3.0)),
+        (3.0, np.inf, 3.0, (3.0, 4.0, 3.0)), (-np.inf, -4.0, 1.0, (-5.0, -4.0, 1.0)), (0.1, 0.2, 1.0, (0.1, 0.2, 1.0)),
+    ):  # fmt: skip
+        limited = replace(arm, lower=np.full(2, lower), upper=np.full(2, upper), speed_limits=np.full(2, speed))
+        found = exciting._limits(limited)
+        for values, one in zip(found, wanted, strict=True):
+            assert values.tolist() == pytest.approx([one, one])
+
+
+def test_the_best_conditioned_of_some_motions() -> None:
+    """Condition of the base parameters' columns, each scaled to 1; equal seeds draw the same candidates."""
+    arm, conditions = small_arm(), []
+
+    def condition(motion: dt.Motion) -> float:
+        some = slice(None, None, max(1, len(motion.time) // 150))
+        rows = torque_regressor(arm, motion.position[some], motion.velocity[some], motion.acceleration[some])
+        flat = rows.reshape(-1, rows.shape[2])
+        chosen = flat[:, base_parameters(flat).leading]
+        return float(np.linalg.cond(chosen / np.linalg.norm(chosen, axis=0)))
+
+    options = {"duration": 3.0, "rate": 101.0, "harmonics": 3, "seed": 4}
+    for count in (1, 2, 3, 4, 5):
+        motion = dt.exciting_motion(arm, candidates=count, **options)
+        conditions.append(condition(motion))
+        assert len(motion.time) == 304 and motion.time[-1] == pytest.approx(3.0)
+        assert f"best conditioned of {count} sums of 3 sines: condition {conditions[-1]:.3g}" in motion.notes[0]
+    assert (np.diff(conditions) <= 0.0).all() and conditions[-1] < conditions[0]
+    with pytest.raises(dt.InputError, match="10 samples a harmonic"):
+        dt.exciting_motion(arm, duration=0.29, rate=100.0, harmonics=3)
+    assert len(dt.exciting_motion(arm, duration=0.3, rate=100.0, harmonics=3, candidates=1).time) == 31
+    for wrong in ({"harmonics": 1}, {"candidates": 0}):
+        with pytest.raises(dt.InputError, match="2 harmonics, 1 candidate"):
+            dt.exciting_motion(arm, **wrong)
