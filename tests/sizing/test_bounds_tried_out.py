@@ -18,6 +18,7 @@ from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import loss_speed
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.thermal.periodic_heat import Nodes
+from drivetrain.records import as_numbers
 from drivetrain.sizing.judge.operation import Operation
 from drivetrain.sizing.search import bounds
 from drivetrain.sizing.search.bounds import LeastHeat
@@ -69,7 +70,7 @@ def bounded(offer, low=None, high=None, until=np.inf):
         np.zeros(1, np.int64), none, np.zeros(1), np.zeros(1, np.bool_), until=until, with_energy=True
     )
     assert count == 1
-    return offer.records.case[0].figures, used[0], energy[0], slope
+    return offer.bound_data.cases.case[0].figures, used[0], energy[0], slope
 
 
 def called(law, *given):
@@ -256,7 +257,7 @@ def test_the_housing_is_heated_by_the_least_losses(make):
         low, high = interval(op, np.random.default_rng(2))
         offer = candidates_of(op)
         bounded(offer, low, high, until=0.0)
-        case, full = offer.records.case[0], offer.bound_data.full
+        case, full = offer.bound_data.cases.case[0], offer.bound_data.full
         called("least_mechanical", case, full, np.zeros(0), case.setting.gear_temperature)
         nodes, square = called("thermal_nodes", case.motor, case.setting.mounting), 0.003
         found = called("least_housing_loss", case, full, nodes, square)
@@ -337,7 +338,7 @@ def test_least_temperatures(make):
         op = random_axis(make, {**change}, {}, RAMP, size=0.8)
         offer = candidates_of(op)
         bound, *_ = bounded(offer)
-        case, full, motor = offer.records.case[0], offer.bound_data.full, op.drive.motor
+        case, full, motor = offer.bound_data.cases.case[0], offer.bound_data.full, op.drive.motor
         loss = called("least_mechanical", case, full, np.zeros(0), case.setting.gear_temperature)
         path = called("thermal_nodes", case.motor, case.setting.mounting)
         square = called("least_mean_square", full.motor_low, full.motor_high, full.step_share)
@@ -377,7 +378,7 @@ def test_temperatures_that_have_no_bound(make):
         op = random_axis(make, change, {}, RAMP)
         offer = candidates_of(op)
         bound, used, _, _ = bounded(offer)
-        case, full = offer.records.case[0], offer.bound_data.full
+        case, full = offer.bound_data.cases.case[0], offer.bound_data.full
         called("least_mechanical", case, full, np.zeros(0), case.setting.gear_temperature)
         heat = called("least_heat", case, full)
         assert heat.hottest == hottest
@@ -405,7 +406,7 @@ def test_least_voltage_at_every_corner():
         weak, cool = rng.uniform(0.05, 0.2), rng.uniform(0.3, 1.0)
         strong, warm = weak + rng.uniform(0.0, 0.1), cool + rng.uniform(0.0, 0.5)
         factor, ratio, inductance = rng.uniform(1.0, 2.0), rng.choice([-3.0, 4.0]), rng.choice([math.nan, 0.05])
-        motion = SimpleNamespace(speed=speed, rate_before=before, rate_at=at, rate_after=after)
+        motion = SimpleNamespace(speed=speed, rates=np.array([before, at, after]))
         case = SimpleNamespace(gear=SimpleNamespace(ratio=ratio), motor=SimpleNamespace(inductance=inductance))
         held = SimpleNamespace(motion=motion, motor_low=low, motor_high=high)
         largest, ends = 0.0, (low, high)
@@ -434,7 +435,7 @@ def test_voltage_is_that_of_a_motor_as_cold_or_as_warm_as_may_be(make):
         offer = candidates_of(op)
         bound, *_ = bounded(offer)
         motor, torque, turn, slope = op.drive.motor, op.motor_torque, op.motor_speed, rates(op)
-        case, full = offer.records.case[0], offer.bound_data.full
+        case, full = offer.bound_data.cases.case[0], offer.bound_data.full
         called("least_mechanical", case, full, np.zeros(0), case.setting.gear_temperature)
         heat = called("least_heat", case, full)
         assert 35.0 < heat.coolest < 121.0
@@ -489,7 +490,7 @@ def test_least_energy_of_every_sample(make, name):
         low, high = interval(op, rng)
         offer = candidates_of(op)
         bounded(offer, low, high, until=0.0)
-        case, full = offer.records.case[0], offer.bound_data.full
+        case, full = offer.bound_data.cases.case[0], offer.bound_data.full
         called("least_mechanical", case, full, np.zeros(0), case.setting.gear_temperature)
         slope = rng.normal(size=16) * np.abs(turn).max() / 50.0
         found = called("least_energy", case, full, LeastHeat(coolest, magnets, hottest), slope)
@@ -519,22 +520,20 @@ def test_least_energy_of_every_sample(make, name):
 
 def test_the_slope_of_the_power_is_its_derivative(make):
     """Of drives without friction at ambient temperature; the mean of the first eight or of eight between all."""
-    motion = random_axis(
+    axis = random_axis(
         make, {"inductance": None}, {"efficiency": 0.7}, {**RAMP, "friction": Friction(), "motor_friction": Friction()}
     )
-    demand = replace(motion.demand, carrier_acceleration=0.0 * motion.demand.speed)
-    op = Operation(demand, motion.drive, motion.study, 0)
+    demand = replace(axis.demand, carrier_acceleration=0.0 * axis.demand.speed)
+    op = Operation(demand, axis.drive, axis.study, 0)
     offer, rng = candidates_of(op), np.random.default_rng(11)
     ratios = 30.0 + 5.0 * np.arange(17)
-    records = offer.records
-    gears = np.repeat(records.gears[records.pairs[0, 1]].reshape(1), 17)
+    numbers = offer.bound_data.cases
+    gears = np.repeat(offer.records.gears[numbers.pairs[0, 1]].reshape(1), 17)
     gears["ratio"] = ratios
-    records = records._replace(
-        gears=gears, direct=np.zeros(17), pairs=np.column_stack([np.full(17, records.pairs[0, 0]), np.arange(17)])
-    )
+    pairs = np.column_stack([np.full(17, numbers.pairs[0, 0]), np.arange(17)])
+    numbers = numbers._replace(gears=as_numbers(gears), direct=np.zeros(17), pairs=pairs)
     low, high = interval(op, rng)
-    full, slope = offer.bound_data.full, np.zeros(16)
-    full.low[:], full.high[:] = low, high
+    motion = offer.bound_data.full.motion
     motor, middle, step = op.drive.motor, 0.5 * (low + high), 1e-3
 
     def power(ratio, load):
@@ -547,7 +546,8 @@ def test_the_slope_of_the_power_is_its_derivative(make):
         (False, 17, [k * 17 // 8 for k in range(8)]),
         (False, 3, range(3)),
     ):
-        called("mean_power_slope", records, full, np.arange(count), first, slope)
+        slope, moved = np.zeros(16), (motion.speed, motion.loss_speed, motion.acceleration)
+        bounds.mean_power_slope(numbers, moved, middle, np.arange(count), first, slope)
         wanted = np.mean([power(ratios[k], middle + step) - power(ratios[k], middle - step) for k in chosen], axis=0)
         moves = np.abs(middle) > step
         np.testing.assert_allclose(slope[moves], wanted[moves] / (2.0 * step), rtol=1e-6, atol=1e-6)
@@ -563,22 +563,21 @@ def test_energy_that_open_drives_may_change():
         abs((slope * weight) @ np.tensordot(np.array(signs).reshape(2, 3) * half[:, [0, 2, 3]], unit[:, [0, 2, 3]], 2))
         for signs in itertools.product((-1.0, 1.0), repeat=6)
     ]
-    assert called("energy_of_slope", half, unit, weight, slope) == pytest.approx(max(tried))
+    assert bounds.energy_of_slope(half, unit, slope * weight) == pytest.approx(max(tried))
 
 
 def test_a_load_between_the_ends_of_other_drives():
     rng = np.random.default_rng(13)
     load, unit = rng.normal(size=9), rng.normal(size=(2, 5, 9))
-    low = rng.normal(size=(4, 5))
-    high = low + rng.random((4, 5)) * rng.integers(0, 2, (4, 5))
-    others, half, bottom, top = np.array([3, 1]), np.zeros((2, 5)), np.zeros(9), np.zeros(9)
-    bounds.fill_interval(load, others, unit, low, high, half, bottom, top)
-    each = np.stack([low[others][:, :, None] * unit, high[others][:, :, None] * unit])
+    low = rng.normal(size=(2, 5))
+    high = low + rng.random((2, 5)) * rng.integers(0, 2, (2, 5))
+    bottom, top, half = bounds.load_interval(load, unit, low, high)
+    each = np.stack([low[:, :, None] * unit, high[:, :, None] * unit])
     least, most = (load + f(each, axis=0).sum(axis=(0, 1)) for f in (np.min, np.max))
     np.testing.assert_allclose(bottom, least, rtol=0.0, atol=1e-10)
     np.testing.assert_allclose(top, most, rtol=0.0, atol=1e-10)
     assert (bottom < least + 1e-15).all() and (top > most - 1e-15).all()  # never inside, however it is rounded
-    np.testing.assert_allclose(half, 0.5 * (high - low)[others], rtol=1e-9)
+    np.testing.assert_allclose(half, 0.5 * (high - low), rtol=1e-9)
 
 
 def test_power_of_any_candidate(make):
@@ -630,7 +629,7 @@ def several(make):
 
 def test_candidates_are_taken_in_turn(make):
     offer, rng = several(make), np.random.default_rng(15)
-    full, count = offer.bound_data.full, len(offer.records.pairs)
+    full, count = offer.bound_data.full, len(offer.bound_data.cases.pairs)
     low, high = full.low - 0.3 * rng.random(16), full.high + 0.3 * rng.random(16)
     full.low[:], full.high[:] = low, high
     base, none, everything = rng.random(count), np.zeros(count, np.bool_), np.arange(count)
@@ -642,7 +641,7 @@ def test_candidates_are_taken_in_turn(make):
 
     tested, used, _, _, same = tried(everything, base)
     assert tested == count and (same == base).all()
-    lacking, gear = np.isinf(used), offer.records.pairs[:, 1]
+    lacking, gear = np.isinf(used), offer.bound_data.cases.pairs[:, 1]
     assert lacking.any() and not lacking.all() and set(gear[lacking]) == {gear.max()}
     for k in everything[~lacking]:  # each as alone
         assert tried(everything[[k]], base[[k]], none[:1])[1] == used[k]
@@ -672,7 +671,10 @@ def test_candidates_are_taken_in_turn(make):
         np.testing.assert_allclose(cost[~lacking], wanted[~lacking], rtol=1e-6)
         assert (cost <= np.maximum(wanted, base)).all() and (cost > base)[~lacking].all() == (weight > 0.0)
         mean_slope = np.zeros(16)
-        called("mean_power_slope", offer.records, full, everything, weight > 0.0, mean_slope)
+        moved, middle = (full.motion.speed, full.motion.loss_speed, full.motion.acceleration), 0.5 * (low + high)
+        bounds.mean_power_slope(
+            offer.bound_data.cases, moved, middle + full.loss_friction, everything, weight > 0.0, mean_slope
+        )
         np.testing.assert_allclose(slope, mean_slope, rtol=1e-9)
 
 
@@ -681,7 +683,7 @@ def test_open_drives_may_save_energy(make):
     offer = several(make)
     full, data = offer.bound_data.full, offer.bound_data
     full.low[:], full.high[:] = full.low - 0.1, full.high + 0.1
-    pairs, none, base = np.arange(2), np.zeros(2, np.bool_), np.full(len(offer.records.pairs), 5.0)
+    pairs, none, base = np.arange(2), np.zeros(2, np.bool_), np.full(len(offer.bound_data.cases.pairs), 5.0)
     for half in (0.0, 1e-4, 1.0):
         unit = np.ones((1, 5, 16))
         open_ = replace(offer, bound_data=data._replace(half_width=np.full((1, 5), half), unit_torque=unit))
@@ -691,7 +693,7 @@ def test_open_drives_may_save_energy(make):
         saved = 5.0 * half * abs(slope @ full.motion.weight)
         for k in pairs:
             offer.bound(pairs[[k]], base, np.full(1, 5.0), none[:1], **options)
-            case = offer.records.case[0]
+            case = offer.bound_data.cases.case[0]
             heat = called("least_heat", case, full) if half == 1.0 else None
             least = energy[k] - saved
             if half == 1.0:
@@ -707,27 +709,28 @@ def test_key_samples():
 
     def held(n):
         names = "low high friction loss_friction".split()
-        motion = SimpleNamespace(**{one: rng.normal(size=n) for one in (
-            "speed", "loss_speed", "acceleration", "carrier_acceleration")})  # fmt: skip
+        moved = "speed loss_speed acceleration carrier_acceleration".split()
+        motion = SimpleNamespace(**{one: rng.normal(size=n) for one in moved})
         return SimpleNamespace(
             motion=motion, unit_torque=rng.normal(size=(5, n)), powers=SimpleNamespace(exponent=np.zeros(1)),
             **{one: rng.normal(size=n) for one in names},
         )  # fmt: skip
 
-    full, key = held(23), held(8)  # four sections of five samples, and three samples left over
-    full.high = full.low + rng.random(23)
+    full, key = held(16 * 5 + 3), held(32)  # sixteen sections of five samples, and three samples left over
+    full.high = full.low + rng.random(83)
     full.low[15:20] -= 9.0
     full.high[15:20] -= 9.0
-    peaks = np.array([2, 7, 11, 16])
-    called("fill_key_samples", key, full, peaks)
+    peaks = 5 * np.arange(16) + rng.integers(0, 5, 16)
+    bounds.fill_key_samples(key, full, peaks)
     certain = np.maximum(full.low, -full.high)
-    at = [*peaks, *(5 * k + int(certain[5 * k : 5 * k + 5].argmax()) for k in range(4))]
+    at = [*peaks, *(5 * k + int(certain[5 * k : 5 * k + 5].argmax()) for k in range(16))]
     assert math.isnan(key.powers.exponent[0])
     for one in ("low", "high", "friction", "loss_friction"):
         np.testing.assert_array_equal(getattr(key, one), getattr(full, one)[at])
     for one in vars(full.motion):
         np.testing.assert_array_equal(getattr(key.motion, one), getattr(full.motion, one)[at])
     np.testing.assert_array_equal(key.unit_torque, full.unit_torque[:, at])
+    np.testing.assert_array_equal(bounds.section_peaks(np.arange(3.0)), np.arange(16) % 3)
 
 
 PEAKS = "gear repeated peak torque", "gear momentary peak torque", "motor peak torque"
@@ -738,7 +741,7 @@ def test_a_candidate_that_is_out_at_key_samples_is_not_looked_at_again(make):
     op = random_axis(make, {}, {"max_input_speed": 1e5, "average_input_speed_limit": 1e5}, RAMP, size=-1.3)
     offer = candidates_of(op)
     _, used, _, _ = bounded(offer)
-    figures = offer.records.case[0].figures.copy()
+    figures = offer.bound_data.cases.case[0].figures.copy()
     quick, first, nothing, _ = bounded(offer, op.demand.gear_torque, op.demand.gear_torque, until=0.5)
     assert first == pytest.approx(max(op.judgement.used[name] for name in PEAKS))
     assert nothing == 0.0 and math.isnan(quick.voltage) and not math.isnan(figures.voltage) and used >= first
