@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import re
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, get_args
@@ -23,6 +23,7 @@ from drivetrain.study.form import Form
 from drivetrain.study.parts.rules import GearRow, MotorRow
 
 F = TypeVar("F", bound=Form)
+T = TypeVar("T")
 _ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind others come up in the next
 _SHEETS: dict[str, type[BaseModel]] = {"motors": MotorRow, "gears": GearRow}
 _SYMBOLS = {"kt": "torque_constant", "r": "resistance", "l": "inductance", "j": "rotor_inertia", "m": "mass",
@@ -193,6 +194,12 @@ class Ledger:
                 self.note([str(warning.message)])
             else:
                 warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+    def attempt(self, place: Place, check: Callable[..., T], *values: Any, **named: Any) -> T | None:
+        """The return value of a check, or None if it raises ``InputError``; its faults and warnings are added here."""
+        with self.gather(place):
+            return check(*values, **named)
+        return None
 
     def read(self, form: type[F], data: Mapping[str, Any], place: Place) -> F | None:
         """Read an entry of the file by its form; None if it has faults, which are added here."""

@@ -225,8 +225,7 @@ def _added(entries: Sequence[Any], joints: Sequence[str], ledger: Ledger) -> tup
             added = AddedEffect(joint or "", kind, {key: made(getattr(stated, key)) for key in stated.model_fields_set})
             found.append(added)
             if not drive_fields(kind):
-                with ledger.gather(place):
-                    added.built()
+                ledger.attempt(place, added.built)
     return tuple(found)
 
 

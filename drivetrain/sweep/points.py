@@ -135,10 +135,8 @@ def read_sweep(path: str | Path) -> Sweep:
     document = read_document(path)
     form, faults, places = read_form(SweepForm, document)
     ledger = Ledger(document, faults, places)
-    study: Document | None = None
-    if not ledger.spoiled(("study",)):
-        with ledger.gather(("study",)):
-            study = read_document(document.folder / form.study)
+    spoiled = ledger.spoiled(("study",))
+    study = None if spoiled else ledger.attempt(("study",), read_document, document.folder / form.study)
     entries = {} if study is None else _places(form, study, ledger)
     scale = {name: getattr(form.scale, name) for name in document.data.get("scale") or {} if given(form.scale, name)}
     if not form.vary and not scale and not ledger.faults:

@@ -38,13 +38,11 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
         return None
     if form.drive_mass is None:
         ledger.fault(("drive_mass",), "is missing: added, included or replaced", hint=DRIVE_MASS_HINT)
-    arm: Arm | None = None
     if form.arm.dh is not None:
         if form.tip is not None:
             ledger.fault(("tip",), "applies only to a URDF file: a DH table has no named links", form.tip)
-        with ledger.gather(("arm", "dh")):
-            path = ledger.document.folder / form.arm.dh
-            arm = read_dh_table(path, form.arm.convention or "", gravity=form.gravity)
+        path, convention = ledger.document.folder / form.arm.dh, form.arm.convention or ""
+        arm = ledger.attempt(("arm", "dh"), read_dh_table, path, convention, gravity=form.gravity)
     elif form.arm.from_screws is not None:
         arm = _from_screws(form, form.arm.from_screws, ledger)
     else:
@@ -85,9 +83,7 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
     if not elsewhere and not is_there(path):
         ledger.fault(("arm",), "no such file", source, f"looked for {path}")
         return None
-    with ledger.gather(("arm",)):
-        return load_arm(source if elsewhere else path, tip=form.tip, gravity=form.gravity)
-    return None
+    return ledger.attempt(("arm",), load_arm, source if elsewhere else path, tip=form.tip, gravity=form.gravity)
 
 
 def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm | None:
@@ -104,9 +100,7 @@ def _from_screws(form: StudyForm, values: dict[str, Any], ledger: Ledger) -> Arm
     if ledger.spoiled(place):
         return None
     stated = {} if form.gravity is None else {"gravity": form.gravity}
-    with ledger.gather(place):
-        return Arm.from_screws(**values | stated)
-    return None
+    return ledger.attempt(place, Arm.from_screws, **values | stated)
 
 
 def _refuse_without_arm(form: StudyForm, ledger: Ledger) -> None:

@@ -164,12 +164,8 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         ledger.fault(
             place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
         )
-    friction: Friction = FRICTIONLESS
-    motor_friction: Friction | None = None
-    with ledger.gather((*place, "friction")):
-        friction = made(form.friction)
-    with ledger.gather((*place, "motor_friction")):
-        motor_friction = made(form.motor_friction)
+    friction: Friction | None = ledger.attempt((*place, "friction"), made, form.friction)
+    motor_friction: Friction | None = ledger.attempt((*place, "motor_friction"), made, form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
     if around.arm is not None:
         _unmarched_faults(around, index, form, place)
@@ -197,7 +193,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         passed_over=passed_over,
         mount=_mount(around, index, form.mount, (*place, "mount")),
         contained=_contained(around, index, form, place),
-        friction=friction,
+        friction=friction or FRICTIONLESS,
         motor_friction=motor_friction,
         amplifier=amplifiers[0] if len(amplifiers) == 1 else best_of(amplifiers),
         amplifiers=amplifiers if len(amplifiers) > 1 else (),
@@ -291,25 +287,16 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
 
 def _counterbalances(around: Surroundings, index: int, form: JointForm, place: Place) -> tuple[Counterbalance, ...]:
     """The counterbalances of a joint, which must be revolute."""
-    place, found = (*place, "counterbalances"), []
+    place, ledger = (*place, "counterbalances"), around.ledger
     if form.counterbalances and around.arm is not None and around.arm.slides[index]:
-        around.ledger.fault(place, "apply only to a revolute joint")
-    for k, entry in enumerate(form.counterbalances):
-        with around.ledger.gather((*place, k)):
-            found.append(made(entry))
-    return tuple(found)
+        ledger.fault(place, "apply only to a revolute joint")
+    found = [ledger.attempt((*place, k), made, entry) for k, entry in enumerate(form.counterbalances)]
+    return tuple(one for one in found if one is not None)
 
 
 def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
-    stages: list[Stage] = []
-    for k, entry in enumerate(form.stages):
-        with ledger.gather((*place, k)):
-            stages.append(made(entry))
-    if not stages or len(stages) < len(form.stages):
-        return None
-    with ledger.gather(place):
-        return chained(stages)
-    return None
+    stages: list[Stage | None] = [ledger.attempt((*place, k), made, entry) for k, entry in enumerate(form.stages)]
+    return ledger.attempt(place, chained, stages) if stages and None not in stages else None
 
 
 def _with_stages(around: Surroundings, name: str, chain: Chain) -> dict[str, str]:
@@ -351,13 +338,10 @@ def _candidates(around: Surroundings, form: CandidatesForm, place: Place) -> Fou
         if rules == form:
             return found
     before = len(around.ledger.faults)
-    pairs: tuple[tuple[str, str], ...] = ()
-    words: tuple[str, ...] = ()
-    with around.ledger.gather(place):
-        pairs, words = candidate_pairs(form, around.catalog, around.ledger, place)
+    found = around.ledger.attempt(place, candidate_pairs, form, around.catalog, around.ledger, place) or ((), ())
     if len(around.ledger.faults) == before:
-        around.found.append((form, (pairs, words)))
-    return pairs, words
+        around.found.append((form, found))
+    return found
 
 
 def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tuple[str, str] | None:

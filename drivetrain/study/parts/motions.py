@@ -160,10 +160,7 @@ def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motion
     ready = [cycle for cycle in cycles if cycle is not None]
     if not parts or len(ready) < len(parts) or ledger.spoiled(("mix",)):
         return None
-    mixed: Cycle | None = None
-    with ledger.gather(("mix",)):
-        mixed = build_mix(ready, shares, names=names)
-    return mixed
+    return ledger.attempt(("mix",), build_mix, ready, shares, names=names)
 
 
 def _cycle(
@@ -184,11 +181,10 @@ def _cycle(
     ready = all(entry.motion is None or entry.motion in motions for entry in entries)
     if not entries or not ready or len(ledger.faults) > known:
         return None
-    cycle: Cycle | None = None
     with ledger.gather(place):
         steps: list[Step] = [one.made(motion=motions.get(one.motion or "")) for one in entries]
-        cycle = build_cycle(steps, may_stay_open=form.open_cycle, slides=None if arm is None else arm.slides)
-    return cycle
+        return build_cycle(steps, may_stay_open=form.open_cycle, slides=None if arm is None else arm.slides)
+    return None
 
 
 def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
@@ -247,7 +243,6 @@ def _motion(
     """A motion of joints, checked against the arm's joint ranges."""
     if arm is None:
         return None
-    motion: Motion | None = None
     if own.waypoints is not None:
         motion = resolve_waypoints(name, over(own, default), arm, ledger, place)
     elif own.moves is not None:
@@ -255,8 +250,10 @@ def _motion(
     else:
         units = ["m" if slides else "rad" for slides in arm.slides]
         source, kind = _source(own, ledger)
-        with ledger.gather((*place, kind)):
-            motion = read_motion(source, arm.joint_names, smoothing=_smoothing(own), position_units=units, name=name)
+        motion = ledger.attempt(
+            (*place, kind), read_motion, source, arm.joint_names,
+            smoothing=_smoothing(own), position_units=units, name=name,
+        )  # fmt: skip
     if motion is not None:
         _hold_against(motion, arm, ledger, place)
     return motion
@@ -285,7 +282,7 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
     known = len(ledger.faults)
     rows = [_row(row, form, arm, ledger, (*place, "waypoints", i)) for i, row in enumerate(form.waypoints or [])]
     points = np.array([row for row in rows if row is not None]).reshape(-1, arm.n)
-    limits = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
+    limits = _limits(form, arm, ledger, place)
     dwell = _dwell(form.dwell, len(rows), ledger, (*place, "dwell"))
     durations = form.durations
     if form.profile is None:
@@ -302,20 +299,16 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
             place, f"has a move of more than {LONGEST_MOVE:g} s: too long to be sampled", hint="check its units"
         )
         return None
-    bounds = MotionLimits(**{what: limit for what, limit in limits.items() if limit is not None})
-    given = any(limit is not None for limit in limits.values())
-    with ledger.gather(place):
-        return waypoint_motion(
-            name, arm.joint_names, points,
-            profile=PROFILES[form.profile], durations=durations, limits=bounds if given else None, dwell=dwell,
-        )  # fmt: skip
-    return None
+    return ledger.attempt(
+        place, waypoint_motion, name, arm.joint_names, points, profile=PROFILES[form.profile], durations=durations,
+        limits=MotionLimits(**limits) if limits else None, dwell=dwell,
+    )  # fmt: skip
 
 
 def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
     """The motion through moves of joints and tool; None after a fault."""
     known = len(ledger.faults)
-    limits = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
+    limits = _limits(form, arm, ledger, place)
     start = None if form.start is None else _row(form.start, form, arm, ledger, (*place, "start"))
     if form.start is None:
         ledger.fault((*place, "start"), "is missing: joint positions before the first move, which choose the posture")
@@ -329,14 +322,11 @@ def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) 
     moves = [_move(one, form, arm, ledger, (*place, "moves", i)) for i, one in enumerate(form.moves or [])]
     if len(ledger.faults) > known or start is None or form.profile is None:
         return None
-    bounds = MotionLimits(**{what: limit for what, limit in limits.items() if limit is not None})
     own = {} if tool is None else {what: getattr(tool, what) for what in tool.model_fields_set - {"at"}}
-    with ledger.gather(place):
-        return tool_motion(
-            name, arm, start, [move for move in moves if move is not None],
-            profile=PROFILES[form.profile], limits=bounds, tool=ToolLimits(**own),
-        )  # fmt: skip
-    return None
+    return ledger.attempt(
+        place, tool_motion, name, arm, start, [move for move in moves if move is not None],
+        profile=PROFILES[form.profile], limits=MotionLimits(**limits), tool=ToolLimits(**own),
+    )  # fmt: skip
 
 
 def _move(form: MoveForm, motion: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Move | None:
@@ -395,6 +385,12 @@ def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> 
         return None
 
 
+def _limits(form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> dict[str, Array]:
+    """The limits of each joint that a motion states, (n,) each; those with faults are left out."""
+    found = {what: _limit(getattr(form, what), what, arm, ledger, (*place, what)) for what in LIMITS}
+    return {what: limit for what, limit in found.items() if limit is not None}
+
+
 def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Array | None:
     """A limit of each joint, (n,); None if it is not stated, or after a fault."""
     if value is None:
@@ -411,11 +407,12 @@ def _limit(value: Any, what: str, arm: Arm, ledger: Ledger, place: Place) -> Arr
     return None if any(limit is None for limit in limits) else np.array(limits, dtype=np.float64)
 
 
-def _takes_too_long(points: Array, limits: dict[str, Array | None], durations: list[float] | None) -> bool:
+def _takes_too_long(points: Array, limits: dict[str, Array], durations: list[float] | None) -> bool:
     """Whether a move lasts longer than ``LONGEST_MOVE``, by its duration or by its limits."""
     moves = np.abs(np.diff(points, axis=0))
     times = [0.0, *(durations or [])]
-    for order, limit in enumerate(limits.values(), 1):
+    for order, what in enumerate(LIMITS, 1):
+        limit = limits.get(what)
         if limit is not None and (limit > 0.0).all():
             times.append(float(np.max(moves / limit, initial=0.0) ** (1.0 / order)))
     return max(times) > LONGEST_MOVE
