@@ -19,6 +19,8 @@ from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.notebook import shown
 from drivetrain.spatial.poses import axis_point, pose
 
+# arrays with one row per joint, under the names of ``Arm`` and of ``Arm.from_screws``
+ROWS = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)  # m/s^2, rounded as in Modern Robotics, pinocchio and MuJoCo
 
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm, refuse_loops
+from drivetrain.arm.arm import ROWS, Arm, refuse_loops
 from drivetrain.arm.checks import called, checked_inertia, warn_of_inertias
-from drivetrain.arm.closures import LoopLink
+from drivetrain.arm.closures import LoopLink, link_rows
 from drivetrain.arrays import Array, checked_array, read_only
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.spatial.inertia import RigidBody, combined
-from drivetrain.spatial.poses import adjoint, pose, pose_from_xyz_rpy
+from drivetrain.spatial.poses import adjoint, pose_from_xyz_rpy
 
 
 def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
@@ -128,13 +128,8 @@ def on_external_axes(arm: Arm, links: Sequence[LoopLink], point: Any = (0.0, 0.0
     if taken or not links:
         problem = "must have names that the arm does not use" if taken else "must be one at least"
         raise InputError(Fault("external axes", problem, taken))
-    axes = Arm.from_screws(
-        [pose(point=link.com) for link in links], [link.screw for link in links], [link.mass for link in links],
-        [link.inertia for link in links], gravity=arm.gravity, joint_points=[link.point for link in links],
-        joint_names=[link.joint for link in links], link_names=[link.joint for link in links],
-        lower=[link.lower for link in links], upper=[link.upper for link in links],
-        speed_limits=[link.speed_limit for link in links],
-    )  # fmt: skip
+    names = [link.joint for link in links]
+    axes = Arm.from_screws(**link_rows(links), gravity=arm.gravity, joint_names=names, link_names=names)
     return _carried(arm, axes, pose_from_xyz_rpy(point, rpy))
 
 
@@ -143,8 +138,7 @@ def _carried(arm: Arm, below: Arm, place: Array) -> Arm:
     refuse_loops(arm)
     k, turned, points = below.n, adjoint(place), arm.joint_points @ place[:3, :3].T + place[:3, 3]
     own = replace(arm, home=place @ arm.home, screws=arm.screws @ turned.T, joint_points=points)
-    rows = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
-    joined = {name: read_only(np.concatenate([getattr(below, name), getattr(own, name)])) for name in rows}
+    joined = {name: read_only(np.concatenate([getattr(below, name), getattr(own, name)])) for name in ROWS}
     rotors = tuple(
         None if one is None else replace(one, home=place @ one.home, screw=turned @ one.screw, carrier=one.carrier + k)
         for one in arm.rotors

@@ -14,11 +14,11 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm, Linkage, Loops
+from drivetrain.arm.arm import ROWS, Arm, Linkage, Loops
 from drivetrain.arm.checks import checked_inertia
 from drivetrain.arrays import Array, checked_array, frozen_array, read_only
 from drivetrain.errors import Fault, Faults, InputError, nearest
-from drivetrain.spatial.poses import pose
+from drivetrain.spatial.poses import axis_screw, pose
 from drivetrain.units import Mass, Name, Vector
 
 BASE = "base"
@@ -74,9 +74,21 @@ class LoopLink:
     @property
     def screw(self) -> Array:
         """Screw axis of the joint in the base frame, (6,)."""
-        if self.slides:
-            return np.concatenate([np.zeros(3), self.axis])
-        return np.concatenate([self.axis, np.cross(self.point, self.axis)])
+        return axis_screw(self.axis, self.point, slides=self.slides)
+
+
+def link_rows(links: Sequence[LoopLink]) -> dict[str, Any]:
+    """The rows of links that follow each other, as ``Arm.from_screws`` takes them."""
+    return {
+        "home": [pose(point=link.com) for link in links],
+        "screws": [link.screw for link in links],
+        "masses": [link.mass for link in links],
+        "inertias": [link.inertia for link in links],
+        "joint_points": [link.point for link in links],
+        "lower": [link.lower for link in links],
+        "upper": [link.upper for link in links],
+        "speed_limits": [link.speed_limit for link in links],
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +154,7 @@ def with_closures(arm: Arm, closures: Sequence[Closure], passive: Sequence[str] 
         first = len(owner)
         if closure.links:
             carrier = arm if start < 0 else chains[owner[start]]
-            chains.append(_chain(carrier, len(on), closure))
+            chains.append(_chain(carrier, len(on), closure.links))
             paths.append((*on, *range(first, first + len(closure.links))))
             owner += [len(paths) - 1] * len(closure.links)
             drives += [link.driven for link in closure.links]
@@ -188,32 +200,23 @@ def second_motor(joint: str) -> str:
 
 def _second(arm: Arm, joint: int) -> Arm:
     """An arm up to one of its joints, without masses."""
-    to, name = slice(0, joint + 1), second_motor(arm.joint_names[joint])
-    return Arm.from_screws(
-        arm.home[to], arm.screws[to], np.zeros(joint + 1), np.zeros((joint + 1, 3, 3)), gravity=arm.gravity,
-        joint_points=arm.joint_points[to], joint_names=[*arm.joint_names[:joint], name],
-        link_names=[*arm.link_names[:joint], name], lower=arm.lower[to], upper=arm.upper[to],
-        speed_limits=arm.speed_limits[to], check_inertias=False,
-    )  # fmt: skip
+    rows, name = _massless(arm, joint + 1), second_motor(arm.joint_names[joint])
+    joints, links = [*arm.joint_names[:joint], name], [*arm.link_names[:joint], name]
+    return Arm.from_screws(**rows, gravity=arm.gravity, joint_names=joints, link_names=links)
 
 
-def _chain(carrier: Arm, count: int, closure: Closure) -> Arm:
+def _massless(arm: Arm, count: int) -> dict[str, Array]:
+    """The rows of the first joints of an arm, their bodies without mass."""
+    rows = {name: getattr(arm, name)[:count] for name in ROWS}
+    return rows | {"masses": np.zeros(count), "inertias": np.zeros((count, 3, 3))}
+
+
+def _chain(carrier: Arm, count: int, links: Sequence[LoopLink]) -> Arm:
     """A linkage after the first ``count`` joints of another chain, whose bodies have no mass here."""
-    links, none = closure.links, np.zeros((count, 3, 3))
-    before = slice(0, count)
-    return Arm.from_screws(
-        np.array([*carrier.home[before], *(pose(point=link.com) for link in links)]),
-        np.array([*carrier.screws[before], *(link.screw for link in links)]),
-        np.array([*np.zeros(count), *(link.mass for link in links)]),
-        np.array([*none, *(link.inertia for link in links)]),
-        gravity=carrier.gravity,
-        joint_points=np.array([*carrier.joint_points[before], *(link.point for link in links)]),
-        joint_names=[*carrier.joint_names[before], *(link.joint for link in links)],
-        lower=np.array([*carrier.lower[before], *(link.lower for link in links)]),
-        upper=np.array([*carrier.upper[before], *(link.upper for link in links)]),
-        speed_limits=np.array([*carrier.speed_limits[before], *(link.speed_limit for link in links)]),
-        check_inertias=False,
-    )
+    own = link_rows(links)
+    rows: dict[str, Any] = {name: [*before, *own[name]] for name, before in _massless(carrier, count).items()}
+    names = [*carrier.joint_names[:count], *(link.joint for link in links)]
+    return Arm.from_screws(**rows, gravity=carrier.gravity, joint_names=names, check_inertias=False)
 
 
 def _shown(arm: Arm, linkage: Linkage) -> Arm:
@@ -222,9 +225,7 @@ def _shown(arm: Arm, linkage: Linkage) -> Arm:
     for joint in loops.driven:
         chain = linkage.chains[loops.owner[joint]]
         rows.append((chain, loops.paths[loops.owner[joint]].index(joint)))
-
-    arrays = ("home", "screws", "masses", "inertias", "joint_points", "lower", "upper", "speed_limits")
-    changes: dict[str, Any] = {name: read_only([getattr(chain, name)[at] for chain, at in rows]) for name in arrays}
+    changes: dict[str, Any] = {name: read_only([getattr(chain, name)[at] for chain, at in rows]) for name in ROWS}
     for name in ("joint_names", "link_names"):
         changes[name] = tuple(str(getattr(chain, name)[at]) for chain, at in rows)
     return replace(arm, **changes, rotors=(None,) * len(rows), linkage=linkage)

@@ -14,7 +14,7 @@ from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.checks import checked_pose
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, Faults, InputError
-from drivetrain.spatial.poses import pose
+from drivetrain.spatial.poses import axis_screw, pose
 from drivetrain.spatial.rotations import exp_rotation
 
 
@@ -111,7 +111,8 @@ def arm_from_dh(
     for row, step, com in zip(rows, steps, coms, strict=True):
         before, frame = frame, frame @ np.asarray(step)
         axis_frame = before if order is DHConvention.CLASSIC else frame
-        screws.append(_screw(row.kind, axis_frame))
+        slides = JointKind(row.kind) is JointKind.PRISMATIC
+        screws.append(axis_screw(axis_frame[:3, 2], axis_frame[:3, 3], slides=slides))
         home.append(frame @ pose(point=com))
     return Arm.from_screws(
         home,
@@ -146,11 +147,3 @@ def _step(row: DHRow, convention: DHConvention, place: str) -> Array:
     about_z = pose(exp_rotation([0.0, 0.0, theta]), [0.0, 0.0, d])
     about_x = pose(exp_rotation([alpha, 0.0, 0.0]), [a, 0.0, 0.0])
     return about_z @ about_x if convention is DHConvention.CLASSIC else about_x @ about_z
-
-
-def _screw(kind: JointKind, frame: Array) -> Array:
-    """Screw along the z axis of a frame."""
-    axis, point = frame[:3, 2], frame[:3, 3]
-    if JointKind(kind) is JointKind.PRISMATIC:
-        return np.concatenate([np.zeros(3), axis])
-    return np.concatenate([axis, np.cross(point, axis)])

@@ -15,7 +15,7 @@ from drivetrain.arrays import Array, checked_number
 from drivetrain.errors import Fault, Faults, raise_faults
 from drivetrain.spatial.beams import Beam
 from drivetrain.spatial.inertia import RigidBody, combined
-from drivetrain.spatial.poses import pose
+from drivetrain.spatial.poses import axis_screw, pose
 
 NOTHING = 1e-9  # share of a link's mass below which the rest besides its beam is a rounding error
 SPRINGS = 3  # at every cut: bending about x, bending about y, twisting about z
@@ -178,8 +178,7 @@ def _cuts(bending: BendingLink, link: str) -> list[tuple[Array, Array, str, floa
         point = beam.start + (cut + 0.5) / bending.pieces * (beam.end - beam.start)
         springs = ((section.bending_x, "bend_x"), (section.bending_y, "bend_y"), (section.torsion, "twist"))
         for axis, (resistance, name) in zip(beam.axes.T, springs, strict=True):
-            screw = np.concatenate([axis, np.cross(point, axis)])
-            found.append((screw, point, f"{link}_{name}_{cut + 1}", resistance / part))
+            found.append((axis_screw(axis, point), point, f"{link}_{name}_{cut + 1}", resistance / part))
     return found
 
 

@@ -13,7 +13,7 @@ from drivetrain.arm.coupling import checked_coupling
 from drivetrain.arm.rotors import MountedRotor, Rotor, RotorLevel
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, Faults, InputError
-from drivetrain.spatial.poses import axis_point, pose
+from drivetrain.spatial.poses import axis_point, axis_screw, pose
 from drivetrain.spatial.rotations import frame_along
 
 
@@ -112,5 +112,5 @@ def _joint_line(arm: Arm, joint: int) -> Array:
     """
     screw = arm.screws[joint]
     if not screw[:3].any():
-        return np.concatenate([screw[3:], np.cross(arm.joint_points[joint], screw[3:])])
+        return axis_screw(screw[3:], arm.joint_points[joint])
     return np.concatenate([screw[:3], screw[3:] - float(screw[:3] @ screw[3:]) * screw[:3]])

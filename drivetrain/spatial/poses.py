@@ -114,6 +114,11 @@ def adjoint(pose_a_b: Any) -> Array:
     return result
 
 
+def axis_screw(axis: Array, point: Array, *, slides: bool = False) -> Array:
+    """The screw of a turn about a line (unit direction, point [m]), or of a travel along it, (6,)."""
+    return np.concatenate([np.zeros(3), axis] if slides else [axis, np.cross(point, axis)])
+
+
 def axis_point(screw: Any, near: Any) -> Array:
     """The point of a screw's axis that is nearest to a given point [m], (3,)."""
     s = checked_array(screw, (6,), "screw")

@@ -362,21 +362,17 @@ def _row(cells: dict[str, tuple[str, str]], place: str, faults: Faults) -> DHRow
     if kind not in list(JointKind):
         faults.add(f"{place}, column kind", "must be revolute or prismatic", stated)
     own = {"joint": "m", "joint/s": "m/s"} if kind == "prismatic" else {"joint": "rad", "joint/s": "rad/s"}
-    values: dict[str, float] = {}
+    v: dict[str, float] = {}
     for name, (unit, default) in COLUMNS.items():
-        values[name] = default
+        v[name] = default
         text, column = cells.get(name, ("", ""))
         if text:
             spelled = f"{text} {split_header(column)[1]}" if _is_bare(text) else text
             read = faults.attempt(quantity, spelled, own.get(unit, unit), f"{place}, column {column}")
-            values[name] = default if read is None else read
-    return _dh_row(values, kind)
-
-
-def _dh_row(v: dict[str, float], kind: str) -> DHRow:
+            v[name] = default if read is None else read
     inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
     moved = "d" if kind == "prismatic" else "theta"
-    v = {**v, moved: v[moved] + v["offset"]}
+    v[moved] += v["offset"]
     return DHRow(
         v["a"], v["alpha"], v["d"], v["theta"], JointKind(kind) if kind in list(JointKind) else JointKind.REVOLUTE,
         v["mass"], (v["com_x"], v["com_y"], v["com_z"]), inertia, v["lower"], v["upper"], v["speed_limit"],

@@ -138,7 +138,7 @@ def _drive(
         reader.count_ignored(dynamics, (), values)
         for attribute in values:
             if attribute in dynamics.keys():
-                values[attribute] = float(reader.numbers(dynamics, attribute, f"joint {name}", [0.0])[0])
+                values[attribute] = reader.number(dynamics, attribute, f"joint {name}", 0.0)
     ratio = drake.get(GEAR_RATIO, reduction)
     return UrdfDrive(values["damping"], values["friction"], ratio, drake.get(ROTOR_INERTIA))
 

@@ -17,8 +17,9 @@ from drivetrain.arm.files.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, Ur
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
 from drivetrain.spatial.inertia import RigidBody, combined
+from drivetrain.spatial.poses import axis_screw
 
-Children = dict[str, list[UrdfJoint]]
+Joints = dict[str, list[UrdfJoint]]
 USUAL_TIP = "tool0"  # name of the flange frame in ROS-Industrial
 
 
@@ -37,7 +38,8 @@ def arm_from_model(model: UrdfModel, *, tip: str | None, gravity: Any) -> tuple[
     chain = choose_chain(model, tip)
     doubtful = _doubts(model, chain)
     lumped = [_lump(frame, bodies) for frame, bodies in zip(chain.frames, chain.bodies, strict=True)]
-    screws = [_screw(joint.kind, joint.axis, frame) for joint, frame in zip(chain.joints, chain.frames, strict=True)]
+    screws = [axis_screw(frame[:3, :3] @ joint.axis, frame[:3, 3], slides=joint.kind not in REVOLUTE)
+              for joint, frame in zip(chain.joints, chain.frames, strict=True)]  # fmt: skip
     arm = Arm.from_screws(
         [home for home, _, _ in lumped],
         screws,
@@ -68,13 +70,6 @@ def _lump(frame: Array, bodies: list[RigidBody]) -> tuple[Array, float, Array]:
     rotation = frame[:3, :3]
     inertia = rotation.T @ whole.inertia @ rotation
     return home, whole.mass, 0.5 * (inertia + inertia.T)
-
-
-def _screw(kind: str, axis: Array, frame: Array) -> Array:
-    direction = frame[:3, :3] @ axis
-    if kind in REVOLUTE:
-        return np.concatenate([direction, np.cross(frame[:3, 3], direction)])
-    return np.concatenate([np.zeros(3), direction])
 
 
 def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
@@ -127,11 +122,8 @@ class Chain:
 
 def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
     """The chain from the root link to a tip link."""
-    children: Children = {name: [] for name in model.links}
-    for joint in model.joints.values():
-        children[joint.parent].append(joint)
     base = _root(model)
-    paths = _paths(base, children)
+    children, paths = _tree(model, base)
     refused = [joint for path in paths.values() for joint in path[-1:] if joint.kind in REFUSED]
     if refused:
         known = ", ".join(MOVABLE)
@@ -153,9 +145,12 @@ def _root(model: UrdfModel) -> str:
     return roots[0]
 
 
-def _paths(base: str, children: Children) -> Children:
-    """The joints from the base to every link that can be reached, in the order of the file."""
-    paths: Children = {base: []}
+def _tree(model: UrdfModel, base: str) -> tuple[Joints, Joints]:
+    """The joints on each link, and those from the base to each link that it carries; in the order of the file."""
+    children: Joints = {name: [] for name in model.links}
+    for joint in model.joints.values():
+        children[joint.parent].append(joint)
+    paths: Joints = {base: []}
     waiting = [base]
     while waiting:
         link = waiting.pop(0)
@@ -163,10 +158,10 @@ def _paths(base: str, children: Children) -> Children:
             if joint.child not in paths:
                 paths[joint.child] = [*paths[link], joint]
                 waiting.append(joint.child)
-    return paths
+    return children, paths
 
 
-def _tip(model: UrdfModel, paths: Children, children: Children, base: str, tip: str | None) -> str:
+def _tip(model: UrdfModel, paths: Joints, children: Joints, base: str, tip: str | None) -> str:
     """The end-effector link: the requested one, or the end of the chain if one chain contains all others."""
     if tip is not None:
         if tip in paths:
@@ -191,10 +186,7 @@ def tip_among_several(model: UrdfModel) -> str | None:
     It is the last link that all moving chains have in common (the hand of several fingers) if the common part is at
     least half of the longest chain, else the end of the longest chain.
     """
-    children: Children = {name: [] for name in model.links}
-    for joint in model.joints.values():
-        children[joint.parent].append(joint)
-    paths = _paths(_root(model), children)
+    _, paths = _tree(model, _root(model))
     moving = {link: [joint.name for joint in path if joint.movable] for link, path in paths.items()}
     longest = max(moving, key=lambda link: len(moving[link]))
     if all(chain == moving[longest][: len(chain)] for chain in moving.values()):
@@ -206,7 +198,7 @@ def tip_among_several(model: UrdfModel) -> str | None:
     return common[-1].child if shared and 2 * len(shared) >= len(moving[longest]) else longest
 
 
-def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], children: Children) -> Chain:
+def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], children: Joints) -> Chain:
     """Every body of the tree, in the base frame, with the moving link that carries it."""
     order = {joint.name: i for i, joint in enumerate(path)}
     bodies: tuple[list[RigidBody], ...] = tuple([] for _ in path)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
-from drivetrain.arm.files.model import UrdfJoint, UrdfModel, check_names, checked_body
+from drivetrain.arm.files.model import UrdfJoint, UrdfModel, check_names, checked_body, fixed_joint
 from drivetrain.arm.files.xml import Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.spatial.inertia import RigidBody
@@ -60,7 +60,7 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
         if root.find(f".//{tag}") is not None:
             reader.faults.add(f"<{tag}>", "is not read", hint=SAVED)
     for name in ("settotalmass", "boundmass", "boundinertia"):
-        if float(reader.numbers(compiler, name, "compiler", [0.0])[0]) > 0.0:
+        if reader.number(compiler, name, "compiler", 0.0) > 0.0:
             reader.faults.add(f"compiler {name}", "changes what bodies weigh and is not read", hint=SAVED)
     if compiler.get("inertiafromgeom") == "true":
         reader.faults.add("compiler inertiafromgeom", "what geoms weigh is not computed", "true", SAVED)
@@ -140,8 +140,7 @@ def _first(reading: _Reading, element: ElementTree.Element, name: str, place: st
     words = element.get(name, "0").split()
     if len(words) > 1:
         reading.notes.append(f"{place}: of its {name} the first number is used, not those of higher powers")
-    held = ElementTree.Element(element.tag, {name: " ".join(words[:1])})
-    return float(reading.reader.numbers(held, name, place, [0.0])[0])
+    return float(reading.reader.parsed(" ".join(words[:1]), f"<{element.tag} {name}=...>", place, [0.0])[0])
 
 
 def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: Array, inherited: str) -> None:
@@ -149,7 +148,7 @@ def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: A
     name = element.get("name") or f"body_{len(reading.links)}"
     inherited, place = element.get("childclass", inherited), f"body {name}"
     frame = above @ _pose(reading, element, place)
-    if float(reading.reader.numbers(element, "gravcomp", place, [0.0])[0]):
+    if reading.reader.number(element, "gravcomp", place, 0.0):
         reading.notes.append(f"{place}: gravcomp not used: the drives must carry that weight")
     joints = [*element.findall("joint"), *element.findall("freejoint")]
     for i, written in enumerate(joints or [None]):
@@ -170,7 +169,7 @@ def _joint(
 ) -> Array:
     """Add a joint that carries a link; returns the body's frame in the link's frame, whose origin is at the joint."""
     if written is None:
-        held = UrdfJoint(f"{link}_fixed", "fixed", parent, link, frame, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
+        held = fixed_joint(f"{link}_fixed", parent, link, frame)
         reading.joints[held.name] = held
         return np.eye(4)
     element, reader = _filled(reading, written, inherited), reading.reader
@@ -179,7 +178,7 @@ def _joint(
     place = f"joint {name}"
     if name in reading.joints:
         reader.faults.add(place, "the name of a joint must not be used twice")
-    if float(reader.numbers(element, "ref", place, [0.0])[0]) != 0.0:
+    if reader.number(element, "ref", place, 0.0):
         reader.faults.add(place, "has a ref other than zero, which is not read")
     anchor = reader.numbers(element, "pos", place, [0.0] * 3)
     axis = _direction(reader, reader.numbers(element, "axis", place, [0.0, 0.0, 1.0]), element, place)
@@ -191,12 +190,11 @@ def _joint(
         if limited == "true" or ends.any():  # "0 0" removes a limit of the class
             low, high = ends
     reading.joints[name] = UrdfJoint(
-        name, KINDS.get(kind, kind), parent, link, frame @ pose(point=anchor), axis, float(low), float(high),
-        math.inf, "", "",
-    )  # fmt: skip
-    friction = float(reader.numbers(element, "frictionloss", place, [0.0])[0])
+        name, KINDS.get(kind, kind), parent, link, frame @ pose(point=anchor), axis, float(low), float(high)
+    )
+    friction = reader.number(element, "frictionloss", place, 0.0)
     reading.drives[name] = UrdfDrive(_first(reading, element, "damping", place) or None, friction or None)
-    if float(reader.numbers(element, "armature", place, [0.0])[0]):
+    if reader.number(element, "armature", place, 0.0):
         reading.notes.append(f"joint {name}: armature not used, because the rotor's inertia needs a ratio")
     if any(word.strip("+-0.") for word in element.get("stiffness", "").split()):
         reading.notes.append(f"joint {name}: its spring (stiffness) is not used: state it under counterbalances")
@@ -281,8 +279,8 @@ def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
             {element.get("joint", element.get("jointinparent", "")): 1.0},
         )
         if element.get("tendon", "") in shafts:
-            turns = {one.get("joint", ""): float(reader.numbers(one, "coef", place, [0.0])[0])
-                     for one in shafts[element.get("tendon", "")].findall("joint")}  # fmt: skip
+            driven = shafts[element.get("tendon", "")].findall("joint")
+            turns = {one.get("joint", ""): reader.number(one, "coef", place, 0.0) for one in driven}
         words = element.get("gear", "1").split()
         try:
             ratio = float(words[0])
@@ -290,8 +288,7 @@ def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
             reader.faults.add(place, "its gear must be numbers", element.get("gear"))
             continue
         if {*turns} <= {*reading.drives}:
-            inertia = float(reader.numbers(element, "armature", place, [0.0])[0])
-            motors.append(_Motor(place, turns, ratio, inertia))
+            motors.append(_Motor(place, turns, ratio, reader.number(element, "armature", place, 0.0)))
     for group in _groups([{*one.turns} for one in motors]):
         joints = [name for name in reading.drives if name in group]
         own = [one for one in motors if {*one.turns} <= group]

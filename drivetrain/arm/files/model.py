@@ -38,16 +38,21 @@ class UrdfJoint:
     origin: Array  # frame of joint and child in the parent's frame, joint at zero, (4, 4); translation [m]
     axis: Array  # unit direction in the joint's frame [-], (3,)
     # position limits [rad or m]
-    lower: float
-    upper: float
-    speed_limit: float  # [rad/s or m/s]
-    mimics: str  # joint that it mimics according to the file; empty: none
-    unsaid: str  # text on what the file does not state; empty: nothing
+    lower: float = -inf
+    upper: float = inf
+    speed_limit: float = inf  # [rad/s or m/s]
+    mimics: str = ""  # joint that it mimics according to the file; empty: none
+    unsaid: str = ""  # text on what the file does not state; empty: nothing
 
     @property
     def movable(self) -> bool:
         """Whether it has a position [rad or m]."""
         return self.kind in MOVABLE
+
+
+def fixed_joint(name: str, parent: str, child: str, origin: Array) -> UrdfJoint:
+    """A joint that holds a link in place."""
+    return UrdfJoint(name, "fixed", parent, child, origin, np.eye(3)[2])
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,19 +155,10 @@ def _joint(reader: Reader, name: str, element: ElementTree.Element) -> UrdfJoint
     lower, upper, speed, no_limit = _limits(reader, element, kind, place)
     mimic = element.find("mimic")
     unsaid = [phrase for phrase in (no_axis, no_limit) if phrase and kind in MOVABLE]
-    return UrdfJoint(
-        name,
-        kind,
-        _end(reader, element, "parent", place),
-        _end(reader, element, "child", place),
-        _origin(reader, element, place),
-        axis,
-        lower,
-        upper,
-        speed,
-        "" if mimic is None else mimic.get("joint", "?"),
-        " and ".join(unsaid),
-    )
+    parent, child = _end(reader, element, "parent", place), _end(reader, element, "child", place)
+    mimics = "" if mimic is None else mimic.get("joint", "?")
+    origin = _origin(reader, element, place)
+    return UrdfJoint(name, kind, parent, child, origin, axis, lower, upper, speed, mimics, " and ".join(unsaid))
 
 
 def _end(reader: Reader, element: ElementTree.Element, tag: str, place: str) -> str:

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.files.drives import UrdfDrive
-from drivetrain.arm.files.model import SIX, UrdfJoint, UrdfModel, check_names, checked_body
+from drivetrain.arm.files.model import SIX, UrdfJoint, UrdfModel, check_names, checked_body, fixed_joint
 from drivetrain.arm.files.xml import UNLIMITED, Reader, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import nearest
@@ -66,7 +66,7 @@ def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
     if not np.allclose(
         stand[:3, :3], np.eye(3), atol=1e-9
     ):  # the base is not fixed to the world; the direction of gravity depends on its pose
-        held = UrdfJoint("world_fixed", "fixed", WORLD, roots[0], stand, np.eye(3)[2], 0.0, 0.0, math.inf, "", "")
+        held = fixed_joint("world_fixed", WORLD, roots[0], stand)
         joints[held.name], drives[held.name] = held, UrdfDrive()
     if any(joint.parent == WORLD for joint in joints.values()):
         found = {WORLD: None, **found}
@@ -140,8 +140,7 @@ def _text(element: ElementTree.Element, tag: str) -> str:
 
 
 def _numbers(reader: Reader, text: str, place: str, default: list[float]) -> Array:
-    held = ElementTree.Element("value", {"text": text} if text else {})
-    return reader.numbers(held, "text", place, default)
+    return reader.parsed(text or None, "<value text=...>", place, default)
 
 
 def _number(reader: Reader, element: ElementTree.Element | None, tag: str, place: str, default: float) -> float:
@@ -215,6 +214,6 @@ def _joint(
     joint = UrdfJoint(
         name, KINDS.get(kind, kind), parent, child, inverse_pose(before) @ here, unit(axis),
         _number(reader, limit, "lower", place, -math.inf), _number(reader, limit, "upper", place, math.inf),
-        speed if speed > 0.0 else math.inf, "" if mimic is None else mimic.get("joint", "?"), "",
+        speed if speed > 0.0 else math.inf, "" if mimic is None else mimic.get("joint", "?"),
     )  # fmt: skip
     return joint, drive

@@ -129,8 +129,11 @@ class Reader:
 
     def numbers(self, element: ElementTree.Element, attribute: str, place: str, default: Iterable[float]) -> Array:
         """An attribute with as many finite numbers as its default."""
+        return self.parsed(element.get(attribute), f"<{element.tag} {attribute}=...>", place, default)
+
+    def parsed(self, written: str | None, called: str, place: str, default: Iterable[float]) -> Array:
+        """A text with as many finite numbers as the default, which stands for a text that is not there."""
         fallback = np.array([*default])
-        written = element.get(attribute)
         if written is None:
             return fallback
         try:
@@ -139,15 +142,15 @@ class Reader:
             values = np.empty(0)
         if values.shape != fallback.shape or not within_reach(values):
             hint = "a xacro expression: give the file the suffix .xacro" if "${" in written else ""
-            wanted = f"<{element.tag} {attribute}=...> must be {len(fallback)} finite number(s)"
-            self.faults.add(place, wanted, written, hint)
+            self.faults.add(place, f"{called} must be {len(fallback)} finite number(s)", written, hint)
             return fallback
         return values
 
-    def number(self, element: ElementTree.Element, attribute: str, place: str) -> float:
-        if not self.text(element, attribute, place):
+    def number(self, element: ElementTree.Element, attribute: str, place: str, default: float | None = None) -> float:
+        """An attribute as a finite number; one without a default must be there."""
+        if default is None and not self.text(element, attribute, place):
             return 0.0
-        return float(self.numbers(element, attribute, place, [0.0])[0])
+        return float(self.numbers(element, attribute, place, [default or 0.0])[0])
 
     def limit(self, element: ElementTree.Element, attribute: str, place: str, default: float) -> float:
         """A limit, which may be infinite; the largest float also counts as infinite."""

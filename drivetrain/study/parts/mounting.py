@@ -21,6 +21,7 @@ from drivetrain.drive.drive import Drive, drive_inertia, times_as_large
 from drivetrain.drive.motor import whole_mass
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.spatial.poses import axis_screw
 from drivetrain.study.model import DriveMass, JointTask, Mount, Study
 
 DRIVE_DENSITY = 5200.0  # kg/m^3; median of the rows that print diameter, length and mass: 5180 motors, 5370 gears
@@ -120,8 +121,7 @@ def seat(joint: int, mount: Mount) -> int:
 
 def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: float) -> Rotor:
     """A rotor at the place of its drive, along the axis of the joint there; ratio [- or rad/m], inertia [kg m^2]."""
-    axis = arm.axes[seat(joint, mount)]
-    line = np.concatenate([axis, np.cross(arm.joint_points[seat(joint, mount)], axis)])
+    line = axis_screw(arm.axes[seat(joint, mount)], arm.joint_points[seat(joint, mount)])
     return Rotor(ratio, inertia, screw=line, carrier=carrier_link(arm, joint, mount))
 
 
