@@ -205,7 +205,7 @@ def _second(arm: Arm, joint: int) -> Arm:
     return Arm.from_screws(**rows, gravity=arm.gravity, joint_names=joints, link_names=links)
 
 
-def _massless(arm: Arm, count: int) -> dict[str, Array]:
+def _massless(arm: Arm, count: int) -> dict[str, Any]:
     """The rows of the first joints of an arm, their bodies without mass."""
     rows = {name: getattr(arm, name)[:count] for name in ROWS}
     return rows | {"masses": np.zeros(count), "inertias": np.zeros((count, 3, 3))}
@@ -214,7 +214,7 @@ def _massless(arm: Arm, count: int) -> dict[str, Array]:
 def _chain(carrier: Arm, count: int, links: Sequence[LoopLink]) -> Arm:
     """A linkage after the first ``count`` joints of another chain, whose bodies have no mass here."""
     own = link_rows(links)
-    rows: dict[str, Any] = {name: [*before, *own[name]] for name, before in _massless(carrier, count).items()}
+    rows = {name: [*before, *own[name]] for name, before in _massless(carrier, count).items()}
     names = [*carrier.joint_names[:count], *(link.joint for link in links)]
     return Arm.from_screws(**rows, gravity=carrier.gravity, joint_names=names, check_inertias=False)
 

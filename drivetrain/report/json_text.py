@@ -31,6 +31,11 @@ def job_data(study: Study, job: str, **data: Any) -> dict[str, Any]:
     return head | {"digest": study.digest, "job": job} | data
 
 
+def picked(record: Any, *names: str) -> dict[str, Any]:
+    """Some attributes of a record by name."""
+    return {name: getattr(record, name) for name in names}
+
+
 def drives_data(drives: Mapping[str, tuple[str, str]]) -> dict[str, dict[str, str]]:
     return {joint: {"motor": motor, "gear": gear} for joint, (motor, gear) in drives.items()}
 

@@ -9,7 +9,7 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from drivetrain.report.json_text import drives_data, job_data, json_text
+from drivetrain.report.json_text import drives_data, job_data, json_text, picked
 from drivetrain.report.pages.report_page import html_report
 from drivetrain.report.pages.sheet import Extra
 from drivetrain.report.pages.spread_section import spread_data
@@ -95,8 +95,7 @@ def result_data(result: Evaluation | Selection, *, folder: Path | None = None) -
     study = evaluation.study
     data = job_data(study, "size" if selection is None else "select") | {
         "study_file": _study_file(study.path, folder),
-        "verdict": str(result.verdict),
-        "feasible": result.feasible,
+        **picked(result, "verdict", "feasible"),
         "objective": {
             "name": study.objective,
             "value": result.objective,
@@ -138,11 +137,9 @@ def _check(check: Check) -> dict[str, Any]:
     notes = [check.remark] if check.remark else []
     notes += [f"{name} is {'not a number' if math.isnan(getattr(check, name)) else 'infinite'}" for name in endless]
     return {
-        **{name: getattr(check, name) for name in CHECK},
+        **picked(check, *CHECK),
         "in_study_amperes": _amperes(check),
-        "verdict": str(check.verdict),
-        "time": check.time,
-        "source": check.source,
+        **picked(check, "verdict", "time", "source"),
         "remark": "; ".join(notes),
     }
 
@@ -156,7 +153,7 @@ def _amperes(check: Check) -> dict[str, Any] | None:
 
 def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
     return {
-        "verdict": str(joint.verdict),
+        "verdict": joint.verdict,
         "drive": {"motor": joint.motor, "gear": joint.gear}
         | ({"brake": joint.brake} if joint.brake else {})
         | ({"amplifier": joint.amplifier.key} if joint.amplifier.key else {}),
@@ -164,10 +161,8 @@ def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
         "heat_model": heat_model(joint.drive.motor, mounting),
         "binding": None if joint.binding is None else joint.binding.name,
         "checks": [_check(check) for check in joint.checks],
-        "assumptions": list(joint.drive.assumptions),
-        "remarks": list(joint.remarks),
-        "gear_loss": joint.gear_loss,
-        "housing_temperature": joint.housing_temperature,
+        "assumptions": joint.drive.assumptions,
+        **picked(joint, "remarks", "gear_loss", "housing_temperature"),
     }
 
 
@@ -184,8 +179,7 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
     for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
         rejected.setdefault(joint, {})[check] = count
     return {
-        "proof": selection.proof,
-        "bound": selection.bound,
+        **picked(selection, "proof", "bound"),
         "equals": {"count": selection.equals, "all": selection.all_equals},
         "sets": [_set(one) for one in selection.best_sets],
         "alternatives": {
@@ -193,7 +187,6 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
             for joint, found in selection.alternatives.items()
         },
         "rejected": {"count": len(selection.rejected_pairs), "by_joint_and_check": rejected},
-        "advice": list(selection.advice),
-        "notes": list(selection.notes),
+        **picked(selection, "advice", "notes"),
         "counters": dict(sorted(selection.counters.items())),
     }

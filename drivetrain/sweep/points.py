@@ -15,12 +15,10 @@ from annotated_types import Ge
 from pydantic import Field
 
 from drivetrain.errors import InputError
-from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.document import Document, Place, place_of, read_document, varied
+from drivetrain.study.change import TaskChange
+from drivetrain.study.document import Document, Place, place_of, read_document
 from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import Form, given
-from drivetrain.study.model import Study
-from drivetrain.study.read import study_from
 from drivetrain.units import Name, Reader, refused
 from drivetrain.version import __version__
 
@@ -147,15 +145,6 @@ def read_sweep(path: str | Path) -> Sweep:
     ledger.raise_any()
     assert study is not None
     return Sweep(study, names, values, tuple(entries.values()), form.run, form.points_per_shard)
-
-
-def study_of(sweep: Sweep, point: Point) -> Study:
-    """The study of one point, with the entries changed but not yet the task."""
-    return study_from(varied(sweep.document, dict(point.entries)))
-
-
-def task_of(study: Study, point: Point) -> Study:
-    return changed(study, point.change)
 
 
 def _text(value: Any) -> str:

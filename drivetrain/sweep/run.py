@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drivetrain.errors import Fault, InputError
-from drivetrain.study.document import Document
+from drivetrain.study.document import Document, varied
 from drivetrain.study.model import Study
-from drivetrain.sweep.points import Point, Sweep, study_of
+from drivetrain.study.read import study_from
+from drivetrain.sweep.points import Point, Sweep
 from drivetrain.sweep.shards import Row, done_shards, rows_of, write_shard
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ class _Shards:
             if len(self._kept) >= KEPT:
                 del self._kept[next(iter(self._kept))]
             try:
-                self._kept[key] = study_of(self.sweep, point)
+                self._kept[key] = study_from(varied(self.sweep.document, dict(point.entries)))
             except InputError as error:
                 self._kept[key] = str(error)
         return self._kept[key]

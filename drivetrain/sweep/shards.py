@@ -18,8 +18,9 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
+from drivetrain.study.change import changed
 from drivetrain.study.model import Study, pair_name
-from drivetrain.sweep.points import SELECT, Point, Sweep, task_of
+from drivetrain.sweep.points import SELECT, Point, Sweep
 from drivetrain.whole_files import write_whole
 
 Row = dict[str, Any]
@@ -39,7 +40,7 @@ def _row(sweep: Sweep, point: Point, study: Study | str) -> Row:
     if isinstance(study, str):
         return row | {"verdict": "FAULT", "fault": study}
     try:
-        return row | _answer(sweep.run, task_of(study, point))
+        return row | _answer(sweep.run, changed(study, point.change))
     except InputError as error:
         return row | {"verdict": "FAULT", "fault": str(error)}
 

@@ -16,7 +16,7 @@ from drivetrain.report.charts.run_charts import (
     solver_charts,
     worst,
 )
-from drivetrain.report.json_text import job_data, json_text
+from drivetrain.report.json_text import job_data, json_text, picked
 from drivetrain.report.pages.loops_page import bode_section
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, chip
@@ -211,36 +211,34 @@ def accuracy_json(found: AccuracyFound) -> str:
     proof = found.auto.proof
     data = {
         "effects": {
-            "verdict": str(effects.full.verdict), "seconds": effects.seconds, "solver": effects.solver,
-            "counters": dict(effects.counters), "tip_deviation": effects.full.tip_deviation,
+            "verdict": effects.full.verdict, **picked(effects, "seconds", "solver", "counters"),
+            "tip_deviation": effects.full.tip_deviation,
             "joints": {name: vars(joint) for name, joint in effects.full.joints.items()},
             "left_out": [
-                {"effect": row.label, "joints": list(row.joints), "verdict": str(row.verdict), "time": row.time,
-                 "work": row.work, "changes": _changes(row.changes)}
+                {"effect": row.label, **picked(row, "joints", "verdict", "time", "work"),
+                 "changes": _changes(row.changes)}
                 for row in effects.rows
             ],
         },
         "auto": {
-            "tolerance": auto.tolerance, "tip_tolerance": auto.tip_tolerance,
+            **picked(auto, "tolerance", "tip_tolerance"),
             "effects": [
-                {"effect": one.label, "kind": one.choice.kind, "joint": one.choice.joint, "kept": one.kept,
-                 "valid": one.valid, "why": one.why, "estimate": vars(one.estimate)}
+                {"effect": one.label, **picked(one.choice, "kind", "joint"), **picked(one, "kept", "valid", "why"),
+                 "estimate": vars(one.estimate)}
                 for one in auto.effects
             ],
             "proof": None if proof is None else {
                 "proven": proof.proven, "why": proof.why, "step": proof.steps, "audit": proof.audit,
-                "verdict": str(proof.chosen.verdict), "verdict_full": str(proof.full.verdict),
+                "verdict": proof.chosen.verdict, "verdict_full": proof.full.verdict,
                 "seconds": proof.seconds_chosen, "seconds_full": proof.seconds_full,
-                "estimate": _changes(proof.estimate), "measured": _changes(proof.measured),
-                "numerical": _changes(proof.numerical),
+                **{name: _changes(getattr(proof, name)) for name in ("estimate", "measured", "numerical")},
             },
         },
         "solvers": {
-            "reference": solvers.reference, "settled": solvers.settled, "runs": [vars(run) for run in solvers.runs],
+            **picked(solvers, "reference", "settled"), "runs": [vars(run) for run in solvers.runs],
         },
         "inverse_forward": {
-            joint: {"peaks": list(road.peaks), "rms": list(road.rms), "apart_moving": road.apart_moving,
-                    "apart_resting": road.apart_resting, "note": road.note}
+            joint: picked(road, "peaks", "rms", "apart_moving", "apart_resting", "note")
             for joint, road in found.currents.joints.items()
         },
     }  # fmt: skip

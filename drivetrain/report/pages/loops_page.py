@@ -9,7 +9,7 @@ from drivetrain.drive.amplifier import from_dc
 from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, LoopDesign, Margins
 from drivetrain.report.charts.chart import captioned
 from drivetrain.report.charts.run_charts import bode_charts, step_chart
-from drivetrain.report.json_text import job_data, json_text
+from drivetrain.report.json_text import job_data, json_text, picked
 from drivetrain.report.pages.sheet import Section, SheetTable, sheet
 from drivetrain.report.pages.views import anchor
 from drivetrain.report.quantities import DASH, number
@@ -19,6 +19,9 @@ from drivetrain.study.model import Study
 
 TURN = 2.0 * math.pi
 PER_RPM = TURN / 60.0  # rad/s
+CASCADE = ("position_gain", "speed_gain", "integral_time")  # gains of a design
+JUDGED = ("stable", "speed_bandwidth", "speed_reach", "position_reach", "modulus_margin", "critical_frequency",
+          "damping", "anti_resonance", "resonance")  # fmt: skip
 
 
 def loops_report(study: Study, found: StudyLoops) -> str:
@@ -205,35 +208,26 @@ def _of(value: float | None, unit: str) -> str:
 
 
 def _data(one: JointLoops) -> dict[str, Any]:
-    axis, timing, design = one.axis, one.timing, one.design
+    axis, design = one.axis, one.design
     faster = design.with_notch
     return {
         "stable": one.stable,
         "limited_by": design.limited_by,
-        "gains": {
-            **_cascade(design), "current_gain": one.current_gain, "current_integral": one.current_integral,
-        },
-        "timing": {name: getattr(timing, name) for name in ("current_bandwidth", "period", "delay")},
+        "gains": picked(design, *CASCADE) | picked(one, "current_gain", "current_integral"),
+        "timing": picked(one.timing, "current_bandwidth", "period", "delay"),
         "plant": {
-            "torque_constant": axis.torque_constant, "ratio": axis.ratio, "rotor_inertia": axis.rotor_inertia,
-            "load_inertia": [one.lightest, axis.load_inertia], "stiffness": axis.stiffness,
-            "spring_damping": axis.spring_damping,
+            **picked(axis, "torque_constant", "ratio", "rotor_inertia"),
+            "load_inertia": [one.lightest, axis.load_inertia], **picked(axis, "stiffness", "spring_damping"),
         },
         "with_notch": None if faster is None
-        else {"notch": vars(faster.notch), "gains": _cascade(faster), **_judged(faster)},
+        else {"notch": vars(faster.notch), "gains": picked(faster, *CASCADE), **_judged(faster)},
         "lightest_load": _judged(one.light),
         "heaviest_load": _judged(design),
     }  # fmt: skip
 
 
-def _cascade(design: LoopDesign) -> dict[str, float]:
-    return {name: getattr(design, name) for name in ("position_gain", "speed_gain", "integral_time")}
-
-
 def _judged(design: LoopDesign) -> dict[str, Any]:
-    names = ("stable", "speed_bandwidth", "speed_reach", "position_reach", "modulus_margin", "critical_frequency",
-             "damping", "anti_resonance", "resonance")  # fmt: skip
-    return {name: getattr(design, name) for name in names} | {
+    return picked(design, *JUDGED) | {
         "speed_margins": {"gain": design.speed_margins.gain, "phase": design.speed_margins.phase},
         "position_margins": {"gain": design.position_margins.gain, "phase": design.position_margins.phase},
         "poles": [[pole.real, pole.imag] for pole in design.poles],

@@ -6,16 +6,15 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from drivetrain.drive.matching import RatioRange
 from drivetrain.errors import Fault, InputError
 from drivetrain.report.charts.answer_charts import free_ratio_charts, ratio_charts
 from drivetrain.report.charts.chart import captioned
-from drivetrain.report.json_text import job_data, json_text
+from drivetrain.report.json_text import job_data, json_text, picked
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, anchor, chip
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
-from drivetrain.sizing.answers.ratio import ClosedForms, RatioPoint, RatioStudy, RatioWindow
+from drivetrain.sizing.answers.ratio import ClosedForms, RatioStudy, RatioWindow
 from drivetrain.study.parts.verdicts import Verdict
 
 METHOD = (
@@ -140,46 +139,30 @@ def ratio_json(studies: Sequence[RatioStudy]) -> str:
     return json_text(job_data(studies[0].study, "ratio", feasible=feasible, joints=joints))
 
 
-def _range_data(span: RatioRange | None) -> list[float | None] | None:
-    return None if span is None else [span.low, span.high]
-
-
 def _joint_data(found: RatioStudy) -> dict[str, Any]:
-    forms, match, limits = found.closed_forms, found.closed_forms.load_match, found.limits
+    forms = found.closed_forms
     return {
         "drive": {"motor": found.motor, "gear": found.gear, "ratio": found.drive.gear.ratio},
         "windows": [vars(window) for window in found.windows],
-        "best": _point_data(found.best),
+        "best": picked(found.best, *POINT),
         "matched_inertia": forms.matching,
         "least_rms_torque": forms.least_rms,
         "least_peak_torque": forms.least_peak,
-        "rated_ranges": None if forms.rated is None else [_range_data(span) for span in forms.rated],
-        "load_match": None if match is None else {
-            "accelerating_factor": match.accelerating_factor,
-            "load_factor": match.load_factor,
-            "range": _range_data(match.range),
-            "best": match.best,
-        },
-        "limits": vars(limits),
+        "rated_ranges": forms.rated,
+        "load_match": None if forms.load_match is None else forms.load_match._asdict(),
+        "limits": vars(found.limits),
         "gears": [
-            {
-                "gear": gear.key, "ratio": gear.ratio, "utilisation": gear.utilisation,
-                "binding": gear.binding, "verdict": str(gear.verdict), "inside": gear.inside,
-            }
+            {"gear": gear.key} | picked(gear, "ratio", "utilisation", "binding", "verdict", "inside")
             for gear in found.gears
         ],
-        "reaction": dict(found.reaction),
+        "reaction": found.reaction,
         "not_checked": [check.name for check in found.lacking],
-        "notes": list(found.notes),
-        "points": [_point_data(point) for point in found.points],
-    }  # fmt: skip
+        "notes": found.notes,
+        "points": [picked(point, *POINT) for point in found.points],
+    }
 
 
 POINT = ("ratio", "rms_torque", "peak_torque", "motor_speed", "winding_temperature", "utilisation", "binding")
-
-
-def _point_data(point: RatioPoint) -> dict[str, Any]:
-    return {name: getattr(point, name) for name in POINT}
 
 
 WORDS = {

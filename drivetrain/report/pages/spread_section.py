@@ -8,6 +8,7 @@ from typing import Any
 
 from drivetrain.report.charts.arm_charts import MOST_BARS, UNITS, tornado_chart
 from drivetrain.report.charts.chart import Chart
+from drivetrain.report.json_text import picked
 from drivetrain.report.pages.sheet import Section, SheetTable
 from drivetrain.report.quantities import percent
 from drivetrain.sizing.answers.spread import Spread
@@ -118,9 +119,7 @@ def spread_data(found: Spread) -> dict[str, Any]:
     """Data of the section for ``result.json``."""
     odds, choice = found.robustness, found.choice
     data: dict[str, Any] = {
-        "samples": odds.samples,
-        "seed": odds.seed,
-        "scattering": list(odds.scattering),
+        **picked(odds, "samples", "seed", "scattering"),
         "whole": _chance(odds.whole),
         "joints": {name: _chance(one) for name, one in odds.joints.items()},
         "checks": {
@@ -130,10 +129,8 @@ def spread_data(found: Spread) -> dict[str, Any]:
             {
                 "place": one.joint, "check": one.check, "nominal": one.nominal,
                 "bars": [
-                    {
-                        "source": str(bar.source), "low": bar.low, "high": bar.high, "absolute": bar.absolute,
-                        "at_low": bar.at_low, "at_high": bar.at_high, "variance_share": bar.share,
-                    }
+                    {"source": str(bar.source), **picked(bar, "low", "high", "absolute", "at_low", "at_high"),
+                     "variance_share": bar.share}
                     for bar in one.bars
                 ],
             }
@@ -142,10 +139,9 @@ def spread_data(found: Spread) -> dict[str, Any]:
     }  # fmt: skip
     if choice is not None:
         data["choice"] = {
-            "wanted": choice.wanted, "confidence": choice.confidence, "proof": choice.proof, "proven": choice.proven,
+            **picked(choice, "wanted", "confidence", "proof", "proven"),
             "tried": [
-                {"objective": trial.drives.objective, "decision": str(trial.decision), "joint": trial.joint}
-                | _chance(trial.chance)
+                {"objective": trial.drives.objective, **picked(trial, "decision", "joint"), **_chance(trial.chance)}
                 for trial in choice.trials
             ],
         }  # fmt: skip
@@ -168,7 +164,4 @@ def _row(place: str, check: str, chance: Chance, usual: tuple[float, ...] = ()) 
 
 def _chance(chance: Chance) -> dict[str, Any]:
     low, high = chance.interval
-    return {
-        "probability": chance.probability, "standard_error": chance.standard_error, "low": low, "high": high,
-        "samples": chance.samples,
-    }  # fmt: skip
+    return picked(chance, "probability", "standard_error") | {"low": low, "high": high, "samples": chance.samples}

@@ -9,7 +9,7 @@ from typing import Any
 
 from drivetrain.report.charts.answer_charts import NAMES, curve_charts, front_charts, knee
 from drivetrain.report.charts.chart import JOINT_COLOURS, Chart, captioned
-from drivetrain.report.json_text import drives_data, job_data, json_text
+from drivetrain.report.json_text import drives_data, job_data, json_text, picked
 from drivetrain.report.pages.proof_section import work_done
 from drivetrain.report.pages.sheet import Chip, Extra, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
@@ -23,6 +23,7 @@ from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.study.model import Study, pair_name
 
 MOST_LISTED = 40  # lines on the terminal
+CHANCE = ("probability", "standard_error", "samples")  # of a counted probability, in JSON
 EQUAL = 1e-9  # relative tolerance of equal values, for sums in another order
 
 
@@ -97,21 +98,17 @@ def front_json(found: Front) -> str:
 def front_data(found: Front) -> dict[str, Any]:
     """Data of a front for ``front.json``, and for ``result.json`` under ``front``."""
     return {
-        "criteria": list(found.names),
-        "left_out": found.left_out,
-        "complete": found.complete,
-        "gap": found.gap,
-        "proof": found.proof,
+        "criteria": found.names,
+        **picked(found, "left_out", "complete", "gap", "proof"),
         "sets": [
             {
                 "criteria": point.criteria,
                 "drives": drives_data(point.drives),
-                **(_chance_data(found.chances[index]) if found.chances else {}),
+                **(picked(found.chances[index], *CHANCE) if found.chances else {}),
             }
             for index, point in enumerate(found.points)
         ],
-        "counters": found.counters,
-        "notes": list(found.notes),
+        **picked(found, "counters", "notes"),
     }
 
 
@@ -128,10 +125,6 @@ def criterion_text(name: str, value: float) -> str:
 def chance_text(chance: Chance) -> str:
     """A counted probability with its standard error."""
     return f"{100.0 * chance.probability:.1f} ± {100.0 * chance.standard_error:.1f}\u00a0%"
-
-
-def _chance_data(chance: Chance) -> dict[str, float | int]:
-    return {name: getattr(chance, name) for name in ("probability", "standard_error", "samples")}
 
 
 def _value(point: DriveSet, name: str) -> str:
@@ -206,21 +199,20 @@ def curve_section(found: OptimumCurve) -> Section:
 def curve_data(found: OptimumCurve) -> dict[str, Any]:
     """Data of a curve for ``result.json``, in SI and degrees Celsius."""
     return {
-        **{name: getattr(found, name) for name in ("vary", "unit", "payload", "now", "tolerance", "proven")},
+        **picked(found, "vary", "unit", "payload", "now", "tolerance", "proven"),
         "pieces": [
             {
-                **{name: getattr(piece, name) for name in ("low", "high", "low_ends_by", "high_ends_by")},
+                **picked(piece, "low", "high", "low_ends_by", "high_ends_by"),
                 "drives": drives_data(piece.drives),
                 "points": [{"value": one.value, "objective": one.objective, **one.criteria} for one in piece.points],
             }
             for piece in found.pieces
         ],
         "selected": [
-            {"value": one.value, "objective": one.objective, "proof": one.proof}
-            | ({} if one.chance is None else _chance_data(one.chance))
+            picked(one, "value", "objective", "proof") | ({} if one.chance is None else picked(one.chance, *CHANCE))
             for one in found.points
         ],
-        "notes": list(found.notes),
+        "notes": found.notes,
     }
 
 
