@@ -214,7 +214,7 @@ def _massless(arm: Arm, count: int) -> dict[str, Any]:
 def _chain(carrier: Arm, count: int, links: Sequence[LoopLink]) -> Arm:
     """A linkage after the first ``count`` joints of another chain, whose bodies have no mass here."""
     own = link_rows(links)
-    rows = {name: [*before, *own[name]] for name, before in _massless(carrier, count).items()}
+    rows: dict[str, Any] = {name: [*before, *own[name]] for name, before in _massless(carrier, count).items()}
     names = [*carrier.joint_names[:count], *(link.joint for link in links)]
     return Arm.from_screws(**rows, gravity=carrier.gravity, joint_names=names, check_inertias=False)
 

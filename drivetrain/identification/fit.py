@@ -20,7 +20,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, shaft_turns
 from drivetrain.arm.rotors import MountedRotor
-from drivetrain.arrays import Array, checked_array
+from drivetrain.arrays import Array, checked_array, read_only
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import FRICTIONLESS, Friction, direction, friction_torque
@@ -387,8 +387,7 @@ def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:
         axis = rotor.home[:3, :3].T @ rotor.screw[:3]
         more = found[10 * len(columns.links) + place] - rotor.axial_inertia
         rotors[i] = replace(rotor, inertia=rotor.inertia + more * np.outer(axis, axis))
-    for array in (home, masses, inertias):
-        array.setflags(write=False)
+    home, masses, inertias = map(read_only, (home, masses, inertias))
     return replace(arm, home=home, masses=masses, inertias=inertias, rotors=tuple(rotors))
 
 

@@ -10,17 +10,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError, raise_faults
-from drivetrain.motion.checks import (
-    Series,
-    jump_faults,
-    rate_mismatch,
-    sampling_notes,
-    small_angle_warnings,
-    speed_warnings,
-    spike_warnings,
-    time_faults,
-    unit_warnings,
-)
+from drivetrain.motion import checks
 from drivetrain.motion.foreign import foreign_table
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.motion.smoothing import (
@@ -82,14 +72,14 @@ def read_motion(
     found = assigned_columns(table, joints, (POSITION, VELOCITY, ACCELERATION))
     faults = [*table.faults, *found.faults, *_kind_faults(found, joints, position_units, table.file)]
     time = _checked_time(table, found, faults, pairs=len(found.found) == 3 * len(joints))
-    notes = [*found.notes, *sampling_notes(time, [found.found["position", joint].values for joint in joints])]
+    notes = [*found.notes, *checks.sampling_notes(time, [found.found["position", joint].values for joint in joints])]
     still = STILL * max(float(np.ptp(found.found["position", joint].values)) for joint in joints)
     blocks, ways = [], []
     for joint in joints:
         rows, how, some = _joint(time, table, found.found, joint, smoothing, faults)
         notes += some
         notes += _consistency(time, table, found.found, joint, still, faults)
-        notes += spike_warnings(time, rows[2], joint, found.found["position", joint].column.unit)
+        notes += checks.spike_warnings(time, rows[2], joint, found.found["position", joint].column.unit)
         blocks.append(rows)
         ways.append(how)
     raise_faults(faults)
@@ -140,7 +130,7 @@ def read_load_table(
         )
     for joint in given:
         speeds, rates = (_series(found.found[kind, joint], table) for kind in ("speed", "acceleration"))
-        wrong, warnings = rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
+        wrong, warnings = checks.rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
         faults += wrong
         notes += warnings
     raise_faults(faults)
@@ -159,7 +149,7 @@ def _checked_time(table: Table, found: Assigned, faults: list[Fault], *, pairs: 
     """The time column [s], (N,); raises ``InputError`` for faults that make further checks impossible."""
     if faults or found.time is None:
         raise InputError(faults)
-    raise_faults(time_faults(_series(found.time, table), pairs=pairs))
+    raise_faults(checks.time_faults(_series(found.time, table), pairs=pairs))
     return found.time.values
 
 
@@ -180,8 +170,8 @@ def _kind_faults(found: Assigned, joints: tuple[str, ...], units: Sequence[str] 
     return faults
 
 
-def _series(found: Found, table: Table) -> Series:
-    return Series(found.column.header, found.values, table.rows, table.file, found.column.unit)
+def _series(found: Found, table: Table) -> checks.Series:
+    return checks.Series(found.column.header, found.values, table.rows, table.file, found.column.unit)
 
 
 def _resolution(found: Found) -> float:
@@ -203,7 +193,7 @@ def _joint(
     """
     position = found["position", joint]
     velocity, acceleration = found.get(("velocity", joint)), found.get(("acceleration", joint))
-    wrong = jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
+    wrong = checks.jump_faults(time, _series(position, table), _resolution(position), turns=position.unit == "rad")
     faults += wrong
     if velocity is not None and acceleration is not None:
         given = np.stack([position.values, velocity.values, acceleration.values])
@@ -262,7 +252,7 @@ def _consistency(
         if rates is None or values is None:
             continue
         smallest = max(still, 2.0 * _resolution(values)) if of == "position" else 2.0 * _resolution(values)
-        wrong, some = rate_mismatch(time, _series(values, table), _series(rates, table), smallest)
+        wrong, some = checks.rate_mismatch(time, _series(values, table), _series(rates, table), smallest)
         faults += wrong
         warnings += some
     return warnings
@@ -275,13 +265,13 @@ def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) ->
     for joint in joints:
         position, velocity = found["position", joint], found.get(("velocity", joint))
         if position.unit == "rad":
-            notes += unit_warnings(position.column.header, position.column.unit, position.values, joint)
+            notes += checks.unit_warnings(position.column.header, position.column.unit, position.values, joint)
             if factor(position.column.unit) == factor("deg"):
                 in_degrees.append(position)
         if velocity is not None and velocity.unit == "rad/s":
-            notes += speed_warnings(velocity.column.header, velocity.values, joint)
+            notes += checks.speed_warnings(velocity.column.header, velocity.values, joint)
     headers = [position.column.header for position in in_degrees]
-    return notes + small_angle_warnings(headers, [position.values for position in in_degrees])
+    return notes + checks.small_angle_warnings(headers, [position.values for position in in_degrees])
 
 
 def _grouped(joints: tuple[str, ...], ways: list[str]) -> list[str]:

@@ -323,12 +323,9 @@ WORDS = {
 }  # fmt: skip
 
 
-SHARED = {"mass": "mass", "price": "price", "energy": "energy a cycle", "weighted": "weighted objective"}
-
-
 def equals_sentence(selection: Selection) -> str:
     """Number of feasible sets with the same objective as the chosen one, and the criterion that decides."""
-    what, count = SHARED[selection.study.objective], selection.equals
+    what, count = HEADINGS[selection.study.objective].partition(" [")[0], selection.equals
     if not selection.drives or not count:
         return ""
     if count == 1 and selection.all_equals:

@@ -37,9 +37,7 @@ def plain(value: Any, place: str) -> Any:
     """Convert Python values to those of a study file: mappings, lists, texts, and numbers in SI."""
     if value is None or isinstance(value, bool | np.bool_ | SI):
         return bool(value) if isinstance(value, np.bool_) else value
-    if isinstance(value, Enum | Path):
-        return str(value)
-    if isinstance(value, str):
+    if isinstance(value, Enum | Path | str):
         return str(value)
     if isinstance(value, int | float | np.number):
         return SI(value)

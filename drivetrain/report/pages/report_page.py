@@ -11,22 +11,11 @@ from markupsafe import Markup
 from drivetrain.report.charts.arm_charts import heat_chart, margin_chart, power_chart
 from drivetrain.report.charts.chart import INSTANTS, JOINT_COLOURS, Chart, Pictures, moving_script
 from drivetrain.report.charts.motion_data import FOLLOWS, SUPPLIES, gear_limits, motion_data
+from drivetrain.report.pages import views
 from drivetrain.report.pages.assumptions import assumption_groups
 from drivetrain.report.pages.proof_section import proof_section, search_table
 from drivetrain.report.pages.sheet import TEMPLATES, Extra, SheetTable, page_text, with_markup
 from drivetrain.report.pages.spread_section import spread_section
-from drivetrain.report.pages.views import (
-    CSS,
-    CheckRow,
-    check_row,
-    check_rows,
-    joint_card,
-    matrix,
-    nearest_misses,
-    passed_over,
-    rejected_counts,
-    used_rows,
-)
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.rejected import SHARES, counted, rejected_data
 from drivetrain.report.words import (
@@ -103,7 +92,7 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
         "study": study,
         "facts": study_facts(study),
         "verdict": str(verdict),
-        "verdict_css": CSS[verdict],
+        "verdict_css": views.CSS[verdict],
         "headline": headline(evaluation, selection),
         "gaps": gaps(evaluation)[: None if selection is None else 1],
         "binding": overall_sentence(evaluation),
@@ -114,7 +103,7 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
         "advice": () if selection is None else selection.advice,
         "notes": () if selection is None else selection.notes,
         "cards": [
-            joint_card(joint, JOINT_COLOURS[k % len(JOINT_COLOURS)])
+            views.joint_card(joint, JOINT_COLOURS[k % len(JOINT_COLOURS)])
             for k, joint in enumerate(evaluation.joints.values())
         ],
     }
@@ -124,21 +113,21 @@ def _body(
     evaluation: Evaluation, selection: Selection | None, rejected: pd.DataFrame | None, pictures: Pictures
 ) -> dict[str, Any]:
     """The content, section by section."""
-    rows = check_rows(evaluation)
+    rows = views.check_rows(evaluation)
     joints = [_joint(joint, evaluation) for joint in evaluation.joints.values()]
     if selection is not None and rejected is not None:
         joints = [one | _others(selection, rejected, name) for one, name in zip(joints, evaluation.joints, strict=True)]
-    checks, counts = rejected_counts({} if rejected is None else counted(rejected), evaluation.joints)
+    checks, counts = views.rejected_counts({} if rejected is None else counted(rejected), evaluation.joints)
 
     def picture(chart: Chart | None) -> Markup:
         return Markup("") if chart is None else pictures.add(chart)
 
     return {
         "rows": rows,
-        "matrix": matrix(evaluation),
+        "matrix": views.matrix(evaluation),
         "unchecked": _unchecked(rows),
         "joints": joints,
-        "shared": [check_row(shared_place(check), check) for check in evaluation.shared],
+        "shared": [views.check_row(shared_place(check), check) for check in evaluation.shared],
         "moments": _moments(evaluation),
         "supplies": {f"{share:g}": _supply(evaluation.study, share) for share in SUPPLIES},
         "margin_figure": picture(margin_chart(evaluation)),
@@ -155,12 +144,12 @@ def _body(
         "feasible": evaluation.feasible,
         "rejecting_checks": checks,
         "rejected_counts": counts,
-        "passed_over": passed_over(evaluation.study.joints),
+        "passed_over": views.passed_over(evaluation.study.joints),
         "outside": SheetTable(("not in any verdict above", "what it would take to check it"), OUTSIDE),
     }
 
 
-def _unchecked(rows: list[CheckRow]) -> SheetTable | None:
+def _unchecked(rows: list[views.CheckRow]) -> SheetTable | None:
     left = [(row.joint, row.name, row.required, row.unit, row.remark or "data missing") for row in rows
             if row.css == "unchecked"]  # fmt: skip
     return SheetTable(("joint", "check", "required", "unit", "why"), tuple(left), "", (2,)) if left else None
@@ -206,14 +195,14 @@ def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
         "step": step,
     }
     return {
-        "card": joint_card(joint),
+        "card": views.joint_card(joint),
         "ratio": None if gear.kind == "ideal" else {name: f"{value:g}" for name, value in ends.items()},
         "follows": follows,
         "gear_limits": [f"{name} {with_unit(value, unit)}" for name, value, unit in gear_limits(gear)],
-        "rows": [check_row(joint.name, check) for check in joint.checks],
+        "rows": [views.check_row(joint.name, check) for check in joint.checks],
         "assumptions": joint.drive.assumptions,
         "remarks": joint.remarks,
-        "parts": used_rows(joint, study),
+        "parts": views.used_rows(joint, study),
         "tables": [],
     }
 
@@ -230,7 +219,7 @@ def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[st
     after = tuple((*pair(motor, gear), number(share)) for motor, gear, share in selection.alternatives.get(joint, ()))
     if after:
         found.append(SheetTable(("motor", "gear", worth), after, "Runners-up", (2,)))
-    rows = tuple((*pair(*one[:2]), *one[2:]) for one in nearest_misses(rejected, joint, study.safety))
+    rows = tuple((*pair(*one[:2]), *one[2:]) for one in views.nearest_misses(rejected, joint, study.safety))
     if rows:
         headings = ("motor", "gear", "rejected by", "required", "available", "unit", "utilisation", worth)
         title = f"Closest of the {(rejected['joint'] == joint).sum()} rejected"

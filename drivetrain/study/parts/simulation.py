@@ -1,8 +1,7 @@
 """Options of a simulation, and the effects that a study may add to it: any class of ``effects/`` by its name.
 
-No other place lists the effects that can be added: a new file in ``effects/`` is a new name in study files. Of each
-    field
-the effect's own annotations and docstring say what it takes; the joint's motor and gear are taken from its drive.
+No other place lists the effects that can be added: a new file in ``effects/`` is a new name in study files. The
+annotations and the docstring of an effect say what its fields take; motor and gear of the joint are those of its drive.
 """
 
 from __future__ import annotations
