@@ -59,16 +59,6 @@ catalogs.command("import")(catalog.import_)
 COLLECT_AFTER = 100_000  # new objects between garbage collections
 
 
-def _run() -> None:
-    app()
-
-
-# CPython keeps the frames of calls in pieces of 16 KB. Where a loop calls a function across the end of a piece, a piece
-# is mapped and unmapped with every call, which would take a sixth of the compile time. A function with a large stack
-# gets a large piece, and the frames of the calls below it share that.
-_run.__code__ = _run.__code__.replace(co_stacksize=33_000)  # 264 KB in a piece of 512 KB
-
-
 def main() -> None:
     """Run the command that is given on the command line."""
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -76,7 +66,7 @@ def main() -> None:
         os.environ.setdefault(name, "1")
     gc.set_threshold(COLLECT_AFTER, 20, 100)  # otherwise garbage collection takes a tenth of the compile time
     try:
-        _run()
+        app()
     except SystemExit as end:
         code = end.code
     except Exception as error:  # usually a broken installation, since commands report their own errors
