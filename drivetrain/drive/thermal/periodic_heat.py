@@ -44,6 +44,7 @@ MOST_STEPS = 40
 SAME = 1e-12  # share of a peak by which an earlier one may lie below it by rounding alone
 SHORT = 0.2  # longest piece of an interval in which the largest rise is sought, in units of the shorter time constant
 CHAIN = {"contract"}  # for loops in which each step waits for the one before: reordered sums would lengthen the wait
+AT_ONCE = 128  # steps that are searched together for long ones
 SMALL = 0.05  # product of rate and step below which seven terms of the exponential's series are exact to rounding
 
 
@@ -673,17 +674,28 @@ def trace_own_periods(
 def shares_within(rate: Any, steps: Any, share: Any) -> None:
     """Share of its final value that a first-order response covers within each step: 1 - e^(-rate step).
 
-    Truncated series, which vectorise; long steps (dwells) are computed again.
+    Truncated series, which vectorise; long steps (dwells) are computed again where some of AT_ONCE steps are long.
     """
-    longest = 0.0
+    for start in range(0, len(steps), AT_ONCE):
+        lengths, some, longest = steps[start : start + AT_ONCE], share[start : start + AT_ONCE], 0.0
+        for k in range(len(lengths)):
+            x = rate * lengths[k]
+            inner = 1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 * (1.0 - x / 7.0)))
+            some[k] = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * inner))
+            longest = larger(longest, x)
+        for k in range(len(lengths) if longest >= SMALL else 0):
+            if rate * lengths[k] >= SMALL:
+                some[k] = -math.expm1(-rate * lengths[k])
+
+
+@law(fastmath=FAST)
+def mean_over(steps: Any, values: Any) -> Any:
+    """Mean of values that are constant over each step."""
+    total, length = 0.0, 0.0
     for k in range(len(steps)):
-        x = rate * steps[k]
-        inner = 1.0 - x / 4.0 * (1.0 - x / 5.0 * (1.0 - x / 6.0 * (1.0 - x / 7.0)))
-        share[k] = x * (1.0 - x / 2.0 * (1.0 - x / 3.0 * inner))
-        longest = larger(longest, x)
-    for k in range(len(steps) if longest >= SMALL else 0):
-        if rate * steps[k] >= SMALL:
-            share[k] = -math.expm1(-rate * steps[k])
+        total += steps[k] * values[k]
+        length += steps[k]
+    return total / length
 
 
 class Responses(NamedTuple):
@@ -720,15 +732,11 @@ def responses(periods: Any, rate: Any, first: Any, second: Any, memory: Any) -> 
             one[after - 1], two[after - 1], decay[after - 1] = x, y, kept
             covered = -math.expm1(-rate * length)
         else:
-            for k in range(len(steps)):
-                x += wanted[k] * steps[k]
-                y += other[k] * steps[k]
-                length += steps[k]
-            covered = length
-            one[begin:after], two[begin:after], decay[begin:after] = x / length, y / length, 0.0
+            x, y, covered = mean_over(steps, wanted), mean_over(steps, other), 1.0
+            one[begin:after] = x
         most_one, most_two = max(most_one, x / covered), max(most_two, y / covered)
     largest_one, largest_two, largest = most_one, most_two, most_one + most_two
-    for t in range(len(periods.step)):
+    for t in range(len(periods.step) if known(rate) else 0):
         x, y = one[t] + most_one * decay[t], two[t] + most_two * decay[t]
         one[t] = x
         largest_one, largest_two, largest = larger(largest_one, x), larger(largest_two, y), larger(largest, x + y)

@@ -100,7 +100,8 @@ def supply_figures(study: Study, power: Array) -> dict[str, Any]:
     share = weights / weights.sum() if weights.sum() > 0.0 else np.full(len(weights), 1.0 / len(weights))
     total, least = power[..., 0, :] + standby_power(study), power[..., 1, :]
     peak, braking = np.maximum(total.max(axis=-1), 0.0), np.maximum(-least.min(axis=-1), 0.0)
-    drawn, fed_back = np.maximum(total, 0.0), np.maximum(np.negative(total, out=total), 0.0, out=total)
+    drawn = np.maximum(total, 0.0)
+    fed_back = np.subtract(drawn, total, out=total)
     # einsum: the rounding of @ depends on the number of sets
     mean, back = (np.einsum("...t,t", one, share) for one in (drawn, fed_back))
     volts = np.array([bus_of(study, row).voltage for row in least.reshape(-1, len(weights))])
