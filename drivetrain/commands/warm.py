@@ -6,7 +6,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -48,35 +48,38 @@ def _timed(name: str) -> float:
     return time.perf_counter() - begin
 
 
-def _select() -> None:
-    from drivetrain.sizing.search.search import select
+def _study(file: str) -> Any:
+    """A study of the shipped examples."""
     from drivetrain.study.read import load_study
 
-    select(load_study(shipped("examples/desktop_arm/study.yaml")))
+    return load_study(shipped("examples") / file)
+
+
+def _select() -> None:
+    from drivetrain.sizing.search.search import select
+
+    select(_study("desktop_arm/study.yaml"))
 
 
 def _front() -> None:
     from drivetrain.sizing.search.pareto.front import pareto_front
-    from drivetrain.study.read import load_study
 
-    pareto_front(load_study(shipped("examples/one_axis/study.yaml")), ("mass", "energy"))
+    pareto_front(_study("one_axis/study.yaml"), ("mass", "energy"))
 
 
 def _tolerances() -> None:
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.tolerance.monte_carlo import robustness
-    from drivetrain.study.read import load_study
 
-    study = load_study(shipped("examples/ur5_pick_and_place/tradeoffs.yaml"))
+    study = _study("ur5_pick_and_place/tradeoffs.yaml")
     robustness(evaluate(study, {joint.name: joint.pairs[0] for joint in study.joints}), samples=100)
 
 
 def _simulate() -> None:
     from drivetrain.accuracy.study_run import simulate
     from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
-    from drivetrain.study.read import load_study
 
-    study = load_study(shipped("examples/desktop_arm/study.yaml"))
+    study = _study("desktop_arm/study.yaml")
     simulate(study, duration=0.01)
     simulate(study, duration=0.01, solver=AdaptiveStep())
 
