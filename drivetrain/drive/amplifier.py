@@ -318,7 +318,8 @@ def overload_after(amplifier: Any, overload: Any, square: Any, step: Any) -> Any
     if known(constant):
         left = math.exp(-step / constant)
         return left * overload + (1.0 - left) * square
-    return max(overload + (square - 1.0) * step, 0.0)  # NaN stays NaN
+    grown = overload + (square - 1.0) * step
+    return 0.5 * (grown + abs(grown))  # not below zero, without a branch, which C code could not record
 
 
 @law

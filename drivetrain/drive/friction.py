@@ -134,7 +134,7 @@ class FrictionCurve(NamedTuple):
 @law
 def direction(value: Any) -> Any:
     """Sign of a value: 1, 0 or -1."""
-    return np.sign(value)
+    return 1.0 * (value > 0.0) - 1.0 * (value < 0.0)  # comparisons can be recorded as C code
 
 
 @law
