@@ -33,8 +33,8 @@ supply: {voltage: 48 V}
 amplifier: {current_basis: dc, peak_current: 40 A}
 motors:
   big: {kind: brushless, current_basis: dc, winding_basis: line_line, torque_constant: 0.08 N m/A, resistance: 0.4 ohm,
-        inductance: 0.2 mH, rotor_inertia: 40 g cm^2, resistance_winding_housing: 1 K/W,
-        resistance_housing_ambient: 3 K/W, source: invented}
+        inductance: 0.2 mH, rotor_inertia: 40 g cm^2, resistance_winding_housing: 0.3 K/W,
+        resistance_housing_ambient: 0.7 K/W, source: invented}
 gears:
   steady: {kind: strain_wave, ratio: 100, efficiency: 80 %, inertia: 3 g cm^2, stiffness_1: 3e4 N m/rad,
            source: invented}
