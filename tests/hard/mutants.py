@@ -31,8 +31,8 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PACKAGE = ROOT / "drivetrain"
-PLAIN = ("drive", "dynamics/core", "sizing/judge", "solvers", "control/laws.py", "effects", "simulation/core",
-         "simulation/engines", "sizing/search/bounds.py", "identification")  # fmt: skip
+PLAIN = ("drive", "dynamics/core", "sizing/judge", "sizing/demand", "solvers", "control/laws.py", "effects",
+         "simulation/core", "simulation/engines", "sizing/search/bounds.py", "identification")  # fmt: skip
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard", "effects",
                "simulation")  # fmt: skip
 COMPILED_TESTS = (
