@@ -271,6 +271,9 @@ def test_the_bound_of_the_hottest_phase_is_its_formula_and_a_bound(housing: floa
     wanted = 30.0 + (4.6 * even[1] + cold * heating) / (1.0 - slope * heating)
     assert bound == pytest.approx(wanted, rel=1e-9) and bound > phase
     assert use_of(Nodes(1.9, 4.6, 4.0, housing), copper=COPPER._replace(slope=9.0))[2] == math.inf
+    almost = COPPER._replace(slope=0.95 * 0.05**2 / heating, coefficient=0.0)  # a twentieth below a runaway
+    wanted = 30.0 + 20.0 * (4.6 * even[1] + 0.31 / 0.05**2 * heating)
+    assert use_of(Nodes(1.9, 4.6, 4.0, housing), copper=almost)[2] == pytest.approx(wanted, rel=1e-8)
 
 
 def test_a_quicker_winding_takes_its_share_of_the_way() -> None:
