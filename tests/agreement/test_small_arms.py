@@ -7,7 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_arms import error, motion, random_arm, rotors_of
+from random_arms import (
+    balanced_rotor,
+    by_mass_matrix,
+    coaxial_rotor,
+    error,
+    motion,
+    random_arm,
+    rotors_of,
+    unbalanced_rotor,
+)
 
 import drivetrain as dt
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
@@ -16,6 +25,7 @@ from drivetrain.dynamics.core import equation_of_motion, factor, loops
 from drivetrain.dynamics.core.frames import LINK
 from drivetrain.dynamics.core.packed import link_frames, packed
 from drivetrain.dynamics.derivatives import inverse_dynamics_derivatives
+from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.jit import kernel
 from drivetrain.records import record_type
@@ -141,10 +151,43 @@ def test_the_least_change_under_constraints() -> None:
     np.testing.assert_allclose(found[:, 2], [0.0, 0.0, 0.5 / np.sqrt(2.0)], atol=1e-12)
 
 
+def test_a_factor_is_a_triangle() -> None:
+    root = np.random.default_rng(5).normal(size=(3, 4, 4))
+    masses = root @ root.swapaxes(1, 2) + 0.1 * np.eye(4)
+    lower = masses.copy()
+    assert factor.factorise(lower) == (-1, -1)
+    np.testing.assert_array_equal(lower, np.tril(lower))
+    np.testing.assert_allclose(lower @ lower.swapaxes(1, 2), masses, atol=1e-13)
+
+
 def test_a_matrix_without_inertia_is_named() -> None:
     masses = np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0]]])
     rest = np.zeros((2, 1, 2)), np.zeros((2, 2)), np.zeros((2, 1)), 1e-10, np.zeros((2, 2)), np.zeros((2, 1))
     assert factor.least_change(masses, *rest, np.zeros((2, 3))) == (1, 1)
+
+
+ROTORS = {  # of each joint i of three, on link i - 1, on link i, or on the base
+    "oblique on the link before": [lambda rng, i: balanced_rotor(rng, i - 1)] * 3,
+    "unbalanced on the link before": [lambda rng, i: unbalanced_rotor(rng, i - 1)] * 3,
+    "oblique on its link": [lambda rng, i: balanced_rotor(rng, i)] * 3,
+    "unbalanced on its link": [lambda rng, i: unbalanced_rotor(rng, i)] * 3,
+    "on the axis, on the base": [lambda rng, i: coaxial_rotor(rng), lambda rng, i: unbalanced_rotor(rng, -1)] * 2,
+}
+
+
+@pytest.mark.parametrize("joints", ["RRR", "RPH"])
+@pytest.mark.parametrize("kind", ROTORS)
+def test_accelerations_of_three_joints_with_rotors(joints: str, kind: str) -> None:
+    """By articulated bodies, of samples in a block and of one alone, against the mass matrix."""
+    bare, rng = random_arm(12, joints), np.random.default_rng(12)
+    arm = dt.with_rotors(bare, [ROTORS[kind][i](rng, i) for i in range(3)])
+    assert packed(arm).chained
+    (q, qd, tau), tip = motion(12, 3, 2), 20.0 * rng.normal(size=(2, 6))
+    wanted = by_mass_matrix(arm, q, qd, tau, tip)
+    assert error(articulated_body(arm, q, qd, tau, tip_wrench=tip), wanted) < 1e-12
+    assert error(dt.forward_dynamics(arm, q[1], qd[1], tau[1], tip_wrench=tip[1]), wanted[1]) < 1e-12
+    wanted = by_mass_matrix(arm, q, qd, tau)
+    assert error(unchecked_accelerations(arm)(q[0], qd[0], tau[0]), wanted[0]) < 1e-12
 
 
 @pytest.mark.parametrize("kind", ["balanced", "unbalanced", "mixed"])

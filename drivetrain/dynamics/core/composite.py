@@ -135,11 +135,11 @@ def wrench_back(link: Any, joint: Any, wrench: Any) -> None:
         gx, gy, gz = rxx * t + rxy * r + rxz * fz, ryx * t + ryy * r + ryz * fz, rzx * t + rzy * r + rzz * fz
         t = c * wrench.nx[k] - s * wrench.ny[k]
         r = s * wrench.nx[k] + c * wrench.ny[k]
-        x, y, z = px + rxz * shift, py + ryz * shift, pz + rzz * shift
+        y, z = py + ryz * shift, pz + rzz * shift  # no joint moves along x, and no rotor along its axis
         wrench.fx[k], wrench.fy[k], wrench.fz[k] = gx, gy, gz
         wrench.nx[k] = rxx * t + rxy * r + rxz * nz + y * gz - z * gy
-        wrench.ny[k] = ryx * t + ryy * r + ryz * nz + z * gx - x * gz
-        wrench.nz[k] = rzx * t + rzy * r + rzz * nz + x * gy - y * gx
+        wrench.ny[k] = ryx * t + ryy * r + ryz * nz + z * gx - px * gz
+        wrench.nz[k] = rzx * t + rzy * r + rzz * nz + px * gy - y * gx
 
 
 @fast
@@ -183,7 +183,7 @@ def place_body(link: Any, joint: Any, body: Any, total: Any) -> None:
         bx, by, bz = ryx * xx + ryy * xy + ryz * xz, ryx * xy + ryy * yy + ryz * yz, ryx * xz + ryy * yz + ryz * zz
         dx, dy, dz = rzx * xx + rzy * xy + rzz * xz, rzx * xy + rzy * yy + rzz * yz, rzx * xz + rzy * yz + rzz * zz
         shift = slide * joint.q[k]
-        x, y, z = px + rxz * shift, py + ryz * shift, pz + rzz * shift
+        x, y, z = px, py + ryz * shift, pz + rzz * shift  # as in ``wrench_back``
         total.mass[k] += m
         total.hx[k] += hx + m * x
         total.hy[k] += hy + m * y

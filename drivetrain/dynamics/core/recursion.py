@@ -319,10 +319,10 @@ def screw(link: Any, joint: Any, before: Any, body: Any) -> None:
         shift, speed, rise = slide * joint.q[k], slide * joint.qd[k], slide * joint.qdd[k]
         wx, wy, wz = before.wx[k], before.wy[k], before.wz[k]
         dx, dy, dz = before.dx[k], before.dy[k], before.dz[k]
-        qx, qy, qz = px + rxz * shift, py + ryz * shift, pz + rzz * shift
-        ax = before.ax[k] - (wy * wy + wz * wz) * qx + (wx * wy - dz) * qy + (wx * wz + dy) * qz
-        ay = before.ay[k] + (wx * wy + dz) * qx - (wx * wx + wz * wz) * qy + (wy * wz - dx) * qz
-        az = before.az[k] + (wx * wz - dy) * qx + (wy * wz + dx) * qy - (wx * wx + wy * wy) * qz
+        qy, qz = py + ryz * shift, pz + rzz * shift  # no joint moves along x, and no rotor along its axis
+        ax = before.ax[k] - (wy * wy + wz * wz) * px + (wx * wy - dz) * qy + (wx * wz + dy) * qz
+        ay = before.ay[k] + (wx * wy + dz) * px - (wx * wx + wz * wz) * qy + (wy * wz - dx) * qz
+        az = before.az[k] + (wx * wz - dy) * px + (wy * wz + dx) * qy - (wx * wx + wy * wy) * qz
         t = rxx * wx + ryx * wy + rzx * wz
         r = rxy * wx + ryy * wy + rzy * wz
         ex = c * t + s * r
@@ -354,7 +354,7 @@ def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
         fx, fy, fz = body.fx[k], body.fy[k], body.fz[k]
         nx, ny, nz = body.nx[k], body.ny[k], body.nz[k]
         joint.torque[k] = turn * nz + slide * fz + joint.rotor[k]
-        qx, qy, qz = px + rxz * shift, py + ryz * shift, pz + rzz * shift
+        qy, qz = py + ryz * shift, pz + rzz * shift  # as in ``screw``
         t = c * fx - s * fy
         r = s * fx + c * fy
         gx = rxx * t + rxy * r + rxz * fz
@@ -366,8 +366,8 @@ def screw_back(link: Any, joint: Any, before: Any, body: Any) -> None:
         before.fy[k] += gy
         before.fz[k] += gz
         before.nx[k] += rxx * t + rxy * r + rxz * nz + qy * gz - qz * gy
-        before.ny[k] += ryx * t + ryy * r + ryz * nz + qz * gx - qx * gz
-        before.nz[k] += rzx * t + rzy * r + rzz * nz + qx * gy - qy * gx
+        before.ny[k] += ryx * t + ryy * r + ryz * nz + qz * gx - px * gz
+        before.nz[k] += rzx * t + rzy * r + rzz * nz + px * gy - qy * gx
 
 
 @fast
