@@ -49,6 +49,7 @@ COOL = {"resistance_housing_ambient": 0.9}  # K/W: a gear that stays colder than
 BARE = {"friction": Friction(), "motor_friction": Friction()}
 KINDS = {  # changes of motor, gear, task and study
     "planetary": ({}, BEARING, RAMP, {}),
+    "a shaft that sticks": ({}, {}, {**RAMP, "motor_friction": replace(FRICTIONS[1], stribeck_speed=60.0)}, {}),
     "backwards": ({}, {"ratio": -50.0, "bearing_offset": 0.043}, HARD, {"cold_start": -15.0}),
     "drag": ({}, {"ratio": -60.0, **DRAG, **BEARING}, RAMP, {"cold_start": -4.0}),
     "drag in cool air": (COOL, DRAG, RAMP, {"ambient": 5.0}),
@@ -81,6 +82,21 @@ KINDS = {  # changes of motor, gear, task and study
 def op(make, request):
     motor, gear, task, changes = KINDS[request.param]
     return random_axis(make, motor, gear, task, **changes)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_mirrored_axis_has_the_same_figures(make, kind):
+    """Extremes of either sign: all loads and motions the other way, the same friction in both directions."""
+    motor, gear, task, changes = KINDS[kind]
+    even = replace(task.get("friction", FRICTIONS[0]), coulomb_negative=None, viscous_negative=None)
+    there, back = (
+        random_axis(make, motor, gear, {**task, "friction": even}, **{
+            **changes, "size": sign * changes.get("size", 1.0), "held": sign * changes.get("held", 0.0),
+        }) for sign in (1.0, -1.0)
+    )  # fmt: skip
+    for name in there.judgement.case["figures"].dtype.names:
+        found = [float(getattr(op.figures, name)) for op in (there, back)]
+        assert found[0] == pytest.approx(found[1], rel=1e-12, abs=1e-15, nan_ok=True), name
 
 
 def part_of(op):
