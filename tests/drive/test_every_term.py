@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import mpmath as mp
@@ -113,6 +114,9 @@ def test_just_the_continuous_current_is_no_overload() -> None:
     sheet = AmplifierSheet("A", continuous_current=5.0, peak_current=10.0, peak_time=3.0)
     step, edges = np.array([1.0, 1.0, 0.0]), np.array([0, 3])
     assert overload_share(sheet, np.full(3, 5.0), 1.0, step, edges) == pytest.approx(0.0, abs=1e-12)
+    assert overload_share(sheet, np.full(3, 4.9), 1.0, step, edges) == 0.0
+    for slow in (sheet, replace(sheet, peak_time=None, thermal_time_constant=3.5)):
+        assert overload_share(slow, np.zeros(3), 1.0, step, edges) == 0.0
     # 7 A for a second, 1 A for another: 24 A^2 s of 225
     around = np.array([7.0, 7.0, 1.0, 1.0])
     assert overload_share(sheet, around, 1.0, np.array([1.0, 0.0, 1.0, 0.0]), np.array([0, 4])) == pytest.approx(
