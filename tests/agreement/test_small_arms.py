@@ -22,10 +22,11 @@ import drivetrain as dt
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
 from drivetrain.control.laws import Chain
 from drivetrain.dynamics.core import equation_of_motion, factor, loops
+from drivetrain.dynamics.core.articulated import articulated_accelerations
 from drivetrain.dynamics.core.frames import LINK
 from drivetrain.dynamics.core.packed import link_frames, packed
 from drivetrain.dynamics.derivatives import inverse_dynamics_derivatives
-from drivetrain.dynamics.forward import articulated_body, unchecked_accelerations
+from drivetrain.dynamics.forward import unchecked_accelerations
 from drivetrain.dynamics.inverse import bias_torque
 from drivetrain.jit import kernel
 from drivetrain.records import record_type
@@ -184,9 +185,12 @@ def test_accelerations_of_three_joints_with_rotors(joints: str, kind: str) -> No
     assert packed(arm).chained
     (q, qd, tau), tip = motion(12, 3, 2), 20.0 * rng.normal(size=(2, 6))
     wanted = by_mass_matrix(arm, q, qd, tau, tip)
-    assert error(articulated_body(arm, q, qd, tau, tip_wrench=tip), wanted) < 1e-12
+    assert error(dt.forward_dynamics(arm, q, qd, tau, tip_wrench=tip), wanted) < 1e-12
     assert error(dt.forward_dynamics(arm, q[1], qd[1], tau[1], tip_wrench=tip[1]), wanted[1]) < 1e-12
-    wanted = by_mass_matrix(arm, q, qd, tau)
+    # Without a wrench, and without the mass matrix in reserve.
+    wanted, found = by_mass_matrix(arm, q, qd, tau), np.empty((2, 3))
+    assert articulated_accelerations(packed(arm).arm, q, qd, tau, np.zeros((0, 6)), found) == (-1, -1)
+    assert error(found, wanted) < 1e-12
     assert error(unchecked_accelerations(arm)(q[0], qd[0], tau[0]), wanted[0]) < 1e-12
 
 
