@@ -12,7 +12,7 @@ import pytest
 
 from drivetrain.drive.amplifier import AmplifierSheet, overload_share
 from drivetrain.drive.gear import Gear, mesh_of
-from drivetrain.drive.stops import swing_spring, swung_torque
+from drivetrain.drive.stops import Braking, stop_swing, swing_spring, swung_torque
 from drivetrain.drive.thermal.periodic_heat import Flow, Losses, Steps, new_losses, set_steps, shares_within
 from drivetrain.jit import kernel
 from drivetrain.records import as_record
@@ -117,6 +117,9 @@ def test_just_the_continuous_current_is_no_overload() -> None:
     assert overload_share(sheet, np.full(3, 4.9), 1.0, step, edges) == 0.0
     for slow in (sheet, replace(sheet, peak_time=None, thermal_time_constant=3.5)):
         assert overload_share(slow, np.zeros(3), 1.0, step, edges) == 0.0
+    # 6 A for 10 ms: 0.11 A^2 s
+    brief = np.array([6.0, 6.0, 0.0, 0.0]), 1.0, np.array([0.01, 0.0, 1.0, 0.0]), np.array([0, 4])
+    assert overload_share(sheet, *brief) == pytest.approx(0.11 / 225.0)
     # 7 A for a second, 1 A for another: 24 A^2 s of 225
     around = np.array([7.0, 7.0, 1.0, 1.0])
     assert overload_share(sheet, around, 1.0, np.array([1.0, 0.0, 1.0, 0.0]), np.array([0, 4])) == pytest.approx(
@@ -132,3 +135,16 @@ def test_of_a_spring_that_may_soften_a_straight_line_is_assumed(target: float) -
     stiff = Gear("g", 50.0, stiffness_1=1e4, stiffness_2=1.5e4, stiffness_3=2e4)
     swung = target + math.sqrt(2.0) * (target - 2.0)
     assert swung_torque(swing_spring(as_record(stiff)), 2.0, target, 1.0) == pytest.approx(swung, rel=1e-15)
+
+
+def test_a_stop_swings_a_straight_spring_at_its_begin_or_at_its_end() -> None:
+    """Past the new torque by the share of the step, and no further than a rotor that stops at once."""
+    rng, straight = np.random.default_rng(9), swing_spring(as_record(Gear("g", 50.0, stiffness_1=1e4)))
+    decided = []
+    for before, braking, static in rng.normal(size=(60, 3)) * [10.0, 20.0, 15.0]:
+        begun, ended = abs(braking + 0.7 * (braking - before)), abs(static + 0.7 * (static - braking))
+        hard = abs(static) + abs(before - static) + 0.2 * math.sqrt(1e4 * 1.5)
+        found = stop_swing(straight, 1e4, 0.7, Braking(braking, -3.0), static, before, 1.5, -0.2)
+        assert found == pytest.approx(min(max(begun, ended), hard), rel=1e-12)
+        decided.append((int(np.argmax([begun, ended])), hard < max(begun, ended), braking > 0.0, static > 0.0))
+    assert len({one for one in decided if not one[1]}) == 8  # begin and end, each with all signs, decide in some

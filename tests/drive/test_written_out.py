@@ -253,6 +253,14 @@ def test_a_phase_that_holds_is_hotter_by_what_it_has_alone(nodes: Nodes, parts: 
     calm, same, *_ = use_of(nodes, 0.0, parts=parts)
     assert same == calm.peak and use_of(nodes, 60.0, parts=parts)[1] == math.inf
 
+    def beyond(times: float) -> float:
+        """How far the rise that grows with itself is from growing to 1.05 times itself."""
+        return (
+            way / constant**2 * slope * highest(1.0 / (way * nodes.winding), square, times * HELD, parts=parts) - 1.05
+        )
+
+    assert use_of(nodes, brentq(beyond, 0.0, 1e4), parts=parts)[1] == math.inf
+
 
 @pytest.mark.parametrize("housing", [20.0, math.nan])
 def test_the_bound_of_the_hottest_phase_is_its_formula_and_a_bound(housing: float) -> None:
