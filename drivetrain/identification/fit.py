@@ -93,7 +93,7 @@ class Identification:
         return f"Identification({len(self.base)} base parameters, better on {better} of {len(self.errors)} joints)"
 
     def _repr_html_(self) -> str:
-        unit = ["N m" if screw[:3].any() else "N" for screw in self.arm.screws]
+        unit = ["N" if slides else "N m" for slides in self.arm.slides]
         return shown(f"{self!r}; RMS torque and errors on data held out", self.errors.assign(unit=unit))
 
     def plot(self, ax: Axes | None = None, *, joint: str | None = None) -> Axes:
@@ -428,7 +428,7 @@ def _covariance(regressor: Array, left: Array) -> Array:
     consecutive samples of four times the correlation length.
     """
     samples, _, r = regressor.shape
-    length = int(np.clip(4.0 * _correlated_samples(left), 1, max(samples // (2 * r), 1)))
+    length = int(min(4.0 * _correlated_samples(left), max(samples // (2 * r), 1)))
     cluster_sums = np.add.reduceat(np.einsum("tir,ti->tr", regressor, left), np.arange(0, samples, length))
     bread = np.linalg.inv(np.einsum("tir,tis->rs", regressor, regressor))
     correction = len(cluster_sums) / (len(cluster_sums) - 1) * left.size / (left.size - r)

@@ -184,6 +184,6 @@ def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
     combined[:, order[:rank]] = np.eye(rank)
     rest = order[rank:]
     combined[:, rest] = solve_triangular(triangle[:rank, :rank], triangle[:rank, rank : len(size)])
-    combined *= np.where(excited, size, 0.0) / size[order[:rank], None]
+    combined *= size / size[order[:rank], None]
     combined[np.abs(combined) < 1e-7 * np.abs(combined).max(axis=1, keepdims=True)] = 0.0
     return BaseParameters(order[:rank], combined)

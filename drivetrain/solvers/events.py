@@ -71,7 +71,7 @@ def first_event(run: Any, states: Any, point: Array, events: Any, values: Array,
         first = 2.0
         for k in range(len(events)):
             event, low = events[k], part / _SUBINTERVALS
-            if not (event.latest < 0.0 and (event.left > 0.0 or event.latest < event.left)):
+            if not (event.latest < 0.0 and event.latest < event.left):
                 continue
             at_low = event.left <= 0.0  # zero at the beginning and falling: it fires there
             if at_low and part == 0:  # unless it first becomes positive and returns to zero within the step

@@ -448,6 +448,9 @@ def test_friction_that_is_known_is_the_prior_and_load_friction_is_a_share() -> N
 # --- drives of a study
 
 
+USED = ("AM_MF0060008_48V", "hd_CSG-14-50-2UH")
+
+
 @pytest.fixture(scope="module")
 def driven() -> dt.Study:
     """Two joints with drives from the catalogue, friction of all kinds, and a counterbalance at the second."""
@@ -459,7 +462,7 @@ def driven() -> dt.Study:
                   np.zeros(4, int), ("all",))  # fmt: skip
     spring = dt.Counterbalance(stiffness=2000.0, free_length=0.1, lever_carrier=0.3, lever_link=0.1, dead_centre=-1.5)
     tasks = [
-        replace(task, name=name, drive=("AM_MF0060008_48V", "hd_CSG-14-50-2UH"), counterbalances=(spring,) * i,
+        replace(task, name=name, drive=USED, counterbalances=(spring,) * i,
                 friction=dt.Friction(2.0 + i, 3.0 + i, 4.0, 5.0, load_share=0.05 + 0.03 * i),
                 motor_friction=dt.Friction(0.01 + 0.01 * i, viscous=1e-4), stop=Stop(current=20.0))
         for i, (name, task) in enumerate(zip(arm.joint_names, study.joints, strict=False))
@@ -467,11 +470,12 @@ def driven() -> dt.Study:
     return replace(study, arm=arm, cycle=cycle, joints=tuple(tasks), drive_mass=DriveMass.INCLUDED, payloads=())
 
 
-@pytest.mark.parametrize("ways", [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)])
-def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(("ways", "turned"), [((1.0, 1.0), 1.0), ((-1.0, 1.0), -1.0), ((-1.0, -1.0), 1.0)])
+def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple[float, ...], turned: float) -> None:
     """Torques that a study's drives need, gear by gear: those of the judge; its columns are their derivatives."""
     cycle = replace(driven.cycle, velocity=driven.cycle.velocity * ways)
-    study, n = replace(driven, cycle=cycle), 2
+    gears = {key: replace(gear, ratio=turned * gear.ratio) for key, gear in driven.catalog.gears.items() if key in USED}
+    study, n = replace(driven, cycle=cycle, catalog=replace(driven.catalog, gears=gears)), 2
     prior, motion = fit._prior(study, None), [cycle.position, cycle.velocity, cycle.acceleration]
     work = workload(study)
     wanted = [
@@ -480,6 +484,7 @@ def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple
     ]
     model = fit._model(prior, motion)
     ratio = np.array([drive.gear.ratio for drive in prior.drives])
+    assert (ratio * turned > 0.0).all()
     np.testing.assert_allclose(model.given / ratio, np.array(wanted).T, rtol=1e-6)
     assert (model.balance[:, 0] == 0.0).all() and (model.balance[:, 1] != 0.0).all()
     columns, step = fit._columns(prior, motion, model, None, True), 1e-5

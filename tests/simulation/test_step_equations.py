@@ -510,6 +510,8 @@ def test_currents_that_a_command_requires(ways: tuple[float, float]) -> None:
     scene = dt.Scene(bare(), effects | {"scene": (dt.CommandedMotion(motion),)}, 0.4)
     run = simulate(scene, solver=dt.Inverse(), interval=0.05, checked=False)
     assert run.time.tolist() == pytest.approx(time.tolist())
+    for what, values in (("position", place), ("speed", speed), ("acceleration", push)):
+        np.testing.assert_allclose(np.stack([run[f"{one}.{what}"] for one in "ab"], axis=1), values, atol=1e-12)
     for k in range(9):
         load = dt.inverse_dynamics(bare(), place[k], speed[k], push[k]) + 80.0 * (place[k] - 0.1) + 2.0 * speed[k]
         for i, name in enumerate("ab"):
