@@ -102,7 +102,7 @@ def test_the_nearest_body_in_the_norm_of_its_pseudo_inertia_has_its_positive_eig
 def small_problem() -> tuple[Any, np.ndarray, np.ndarray]:
     """Two joints, five parameters, the last of which does nothing, the two before are friction."""
     rng = np.random.default_rng(3)
-    rows = rng.normal(size=(83, 2, 5)) * [1.0, 5.0, 0.2, 2.0, 1e-13]
+    rows = rng.normal(size=(83, 2, 5)) * [1.0, 5.0, 0.2, 2.0, 1e-10]
     wanted = rows @ [0.3, -0.1, 2.0, 0.5, 0.0] + 0.4 * rng.normal(size=(83, 2))
     return problem_of(rows, wanted, np.array([False, False, True, True, False]), 4, 3), rows, wanted
 
@@ -159,7 +159,7 @@ def test_folds_and_their_normal_equations() -> None:
 def test_combinations_that_rows_tell_apart() -> None:
     rng = np.random.default_rng(4)
     free = rng.normal(size=(40, 3)) * [1.0, 30.0, 0.2]
-    mixed = free @ [[2.0, 0.0], [-0.5, 0.0], [0.0, 4.0]]
+    mixed = free @ [[2.0, 0.0], [-0.002, 0.0], [0.0, 4.0]]
     rows = np.column_stack([free, mixed, np.zeros(40), 1e-10 * rng.normal(size=40)])
     base = base_parameters(rows)
     assert len(base.leading) == 3 == base.combined.shape[0] and base.combined.shape[1] == 7
@@ -404,6 +404,35 @@ def test_one_link_alone_and_a_joint_without_motion_of_its_torque(short: Any) -> 
         dt.identify(guess, measured, links=["nothing"])
 
 
+def test_rotors_stay_where_links_are_named(short: Any) -> None:
+    measured, guess = short
+    prior, motion = fit._prior(guess, None), [measured.position, measured.velocity, measured.acceleration]
+    columns = fit._columns(prior, motion, fit._model(prior, motion), guess.link_names, False)
+    assert columns.laws == 20
+    changed = fit._with_bodies(prior, columns, columns.prior * np.r_[np.full(20, 1.5), np.ones(4)])
+    assert changed.rotors == guess.rotors
+    np.testing.assert_allclose(changed.masses, 1.5 * guess.masses)
+
+
+def test_what_each_cause_contributes() -> None:
+    """Of a single sample whose causes are all different: their magnitudes."""
+    arm, rng = small_arm(), np.random.default_rng(12)
+    matrix, prior, found = rng.normal(size=(1, 2, 16)), rng.normal(size=16), rng.normal(size=16)
+    columns = fit._Columns(matrix, prior, ["x"] * 16, (1,), 12)
+    balance, drives, known, left = rng.normal(size=(4, 1, 2))
+    model = fit._Model(matrix @ prior + balance + drives, balance, np.ones((1, 2)), np.zeros((3, 1, 2)))
+    measured = matrix @ found + balance + drives + known + left
+    table = fit._contributions(columns, found, measured, model, known, arm)
+    wanted = {
+        "links": matrix[:, :, :10] @ found[:10], "rotors": matrix[:, :, 10:12] @ found[10:12],
+        "viscous": matrix[:, :, 12:14] @ found[12:14], "coulomb": matrix[:, :, 14:] @ found[14:],
+        "counterbalances": balance, "drives": drives, "unexplained": left,
+    }  # fmt: skip
+    assert list(table.columns) == list(wanted)
+    for name, torque in wanted.items():
+        np.testing.assert_allclose(table[name], np.abs(torque[0]), rtol=1e-9, err_msg=name)
+
+
 def test_motor_torques_and_currents_are_turned_by_the_ratios(short: Any) -> None:
     measured, guess = short
     prior, constants, ratios = fit._prior(guess, None), np.array([0.07, 0.11]), np.array([60.0, -50.0])
@@ -521,6 +550,8 @@ def test_near_rest_friction_changes_its_sign_smoothly(driven: dt.Study) -> None:
     assert (model.through == 1.0).all()
     stops = [np.zeros((2, 2)), np.array([[1.0, 1.0], [0.0, 0.0]]), np.zeros((2, 2))]
     resting = fit._model(fit._prior(driven, None), stops)
+    with pytest.raises(dt.InputError, match="moves as the study gives it"):
+        fit._prior(replace(driven, base=driven.cycle), None)
     shares = [task.friction.load_share for task in driven.joints]
     gears = [replace(drive.gear, load_friction=share) for drive, share in zip(driven_of(driven), shares, strict=True)]
     meshes = [mesh_of(as_record(complete(gear))) for gear in gears]
