@@ -53,6 +53,7 @@ def note_implausible(
         for name, motion in motions.items():
             if isinstance(motion, Motion):
                 _check_motion(motion, over(form.motions[name], form.motions.get(DEFAULT, MotionForm())), arm, ledger)
+        _check_dwells(form, ledger)
     _check_sheets(form, ledger)
     _check_factors(form, ledger)
     _check_joints(form, joints, ledger)
@@ -160,6 +161,22 @@ def _check_waypoints(form: MotionForm, arm: Arm, place: Place, ledger: Ledger) -
     if worst is not None:
         ledger.warning(worst[1], worst[2], hint=worst[3])
     return worst is not None
+
+
+def _check_dwells(form: StudyForm, ledger: Ledger) -> None:
+    """Dwells without a payload between motions that carry one; the payload is that of the step alone."""
+    cycles = {("mix", i, "cycle"): part.cycle for i, part in enumerate(form.mix or [])} | {("cycle",): form.cycle or []}
+    for place, steps in cycles.items():
+        moves = [i for i, step in enumerate(steps) if step.dwell is None]
+        for i, step in enumerate(steps):
+            if step.dwell is None or step.payload is not None:
+                continue
+            before = max((k for k in moves if k < i), default=moves[-1])
+            after = min((k for k in moves if k > i), default=moves[0])
+            if steps[before].payload is not None and steps[after].payload is not None:
+                carried = " and ".join(dict.fromkeys(steps[k].payload or "" for k in (before, after)))
+                problem = f"carries nothing in this dwell, between motions with {carried}"
+                ledger.warning((*place, i), problem, hint=f"was payload: {steps[before].payload} meant?")
 
 
 def _check_sheets(form: StudyForm, ledger: Ledger) -> None:

@@ -54,6 +54,10 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
             moved("deg", [90, -45], durations=["30 ms", "30 ms"]),
             ["motions.go", "joint_1 reaches", "rad/s", "rpm", "deg/s meant"],
         ),
+        (
+            {"cycle": [{"motion": way, "payload": "part"} for way in ("there", "back")] + [{"dwell": "1 s"}]},
+            ["cycle[2]", "carries nothing in this dwell, between motions with part", "payload: part meant"],
+        ),
         ({"gears": {"mine": GEAR | {"ratio": 0.02}}}, ["gears.mine.ratio", "0.02", "50 meant"]),
         ({"gears": {"mine": GEAR | {"ratio": -20}}}, ["gears.mine.ratio", "-20", "20 meant"]),
         (
@@ -93,6 +97,7 @@ def test_what_can_hardly_be_meant_is_doubted_in_one_line(load: Any, changes: dic
         {},
         {"payloads.part": {"mass": "30 kg", "com": ["0 m", "0 m", "1.9 m"], "inertia": INERTIA}},
         {"payloads.part": {"mass": "0.2 g"}},
+        {"cycle": [{"motion": "there", "payload": "part"}, {"dwell": "1 s"}, {"motion": "back"}]},
         {"payloads.part": {"mass": "7.85 kg", "inertia": INERTIA}},
         moved("rad", [3.2, -12.5]),
         moved("deg", [1080, -720]),
