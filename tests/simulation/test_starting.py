@@ -128,3 +128,18 @@ def test_a_digital_computed_torque_holds_before_its_first_sample_is_given_out(de
     run = dt.simulate(held)
     np.testing.assert_allclose(run["joint.current"], HOLDING, rtol=1e-6)
     np.testing.assert_allclose(run["joint.position"], PLACE, atol=1e-9)
+
+
+def test_a_rounded_equilibrium_is_no_joint_that_gives_way() -> None:
+    """Far down the slope of its load the loop sags to the equilibrium up to a millionth of the current."""
+    motor = dt.Motor("m", 1.07, 0.0283, inductance=7.4e-4)
+    rest, still = np.array([0.0, 1.0]), np.zeros((2, 1))
+    motion = dt.Motion("still", ("joint",), rest, still - 0.8, still, still)
+    spring = dt.FlexibleJoint(dt.Gear("g", 300.0, stiffness_1=2.03e7), 15.2)
+    effects = (
+        dt.FullRotor(1.83e-4, 300.0), dt.CurrentLoop(motor, 472.0), dt.CascadeLoop(5.05, 0.515), spring,
+        dt.CommandedMotion(motion), dt.StiffSupply(549.0),
+    )  # fmt: skip
+    run = dt.simulate(dt.joint_scene(dt.Inertia(48.36, 899.35, 3.12), effects, 0.1))
+    assert not [event for event in run.events if event.name == "start"]
+    assert np.ptp(run["joint.position"]) < 1e-6

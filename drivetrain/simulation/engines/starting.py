@@ -21,7 +21,7 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
 PASSES = 6  # iterations of the equilibrium, at most, since initial states may depend on one another
-NEGLIGIBLE = 1e-6  # relative difference of currents that is not reported
+NEGLIGIBLE = 1e-4  # relative difference of currents that is not reported
 REST_ACCELERATION = 1e-6  # acceleration below which a joint counts as held by friction [rad/s^2 or m/s^2]
 
 
