@@ -292,6 +292,11 @@ class Loops:
         return tuple(sorted(found.union(*(pair for pair in self.shared if found & {*pair}))))
 
     @property
+    def size(self) -> float:
+        """Largest distance of a pin from the base's origin [m]; 1 if there is none."""
+        return max((float(np.linalg.norm(point)) for _, _, point in self.pins), default=1.0) or 1.0
+
+    @property
     def mean(self) -> Array:
         """Projection of driven joint motions onto those in which the two motors of an axis move alike, (n, n)."""
         found = np.eye(len(self.driven))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -121,7 +121,11 @@ AGAINST_SIZE = {
 
 def times_as_large(part: Any, times: float) -> Any:
     """Several equal parts that work in parallel with the same motion, as one part; speeds, voltages, lengths stay."""
-    scale = dict.fromkeys(WITH_SIZE, times) | dict.fromkeys(AGAINST_SIZE, 1.0 / times)
+    return with_scaled(part, dict.fromkeys(WITH_SIZE, times) | dict.fromkeys(AGAINST_SIZE, 1.0 / times))
+
+
+def with_scaled(part: Any, scale: Mapping[str, float]) -> Any:
+    """A part whose fields are multiplied by factors, by name; unknown values stay unknown."""
     named = [(one.name, getattr(part, one.name)) for one in fields(part) if one.name in scale]
     return replace(part, **{name: scale[name] * value for name, value in named if value is not None})
 

@@ -205,20 +205,13 @@ NO_GEAR = Gear("", 1.0, kind="ideal", efficiency=1.0)
 """The gear of a direct drive."""
 
 
-class MeshFactors(NamedTuple):
-    """Motor-side torque through the mesh over that of a lossless mesh."""
-
-    driving: float  # when the motor drives the load; 1 or more
-    driven: float  # when the load drives the motor; 1 or less, 0 or less for a self-locking mesh
-
-
 class Mesh(NamedTuple):
     """The values of a gear that its torque laws need; torques at the input [N m]."""
 
     ratio: float  # motor speed over output speed
-    # Torque factors as in ``MeshFactors``.
-    driving: float
-    driven: float
+    # Motor-side torque through the mesh over that of a lossless mesh.
+    driving: float  # when the motor drives the load; 1 or more
+    driven: float  # when the load drives the motor; 1 or less, 0 or less for a self-locking mesh
     # At rest, according to ``Gear.holding``: factor on the lossless torque, and torque added to it.
     holding: float
     grip: float
@@ -427,12 +420,6 @@ def mesh(gear: Gear) -> Mesh:
     """The mesh of a gear whose loss is known."""
     mesh_loss_coefficient(gear)
     return Mesh(*(float(value) for value in mesh_of(as_record(complete(gear)))))
-
-
-def mesh_factors(gear: Gear) -> MeshFactors:
-    """Torque factors of the mesh alone, for both directions of power."""
-    found = mesh(gear)
-    return MeshFactors(found.driving, found.driven)
 
 
 def mesh_input_torque(

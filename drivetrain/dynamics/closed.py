@@ -20,13 +20,11 @@ from drivetrain.arm.arm import Arm, Linkage, Loops
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.frames import FRAME, move_frame
+from drivetrain.dynamics.core.loops import MOST, STRIDE
 from drivetrain.errors import Fault, InputError
 from drivetrain.spatial.poses import pose
 
-# Largest step of a driven joint on the way from zero [rad]; of a prismatic joint as a share of the arm's size.
-STRIDE = 0.2
 CLOSED = 1e-12  # gap of a closed pin, as a share of the arm's size: rounding
-MOST = 30  # largest number of Newton steps
 DEAD = 1e-5  # smallest over largest singular value below which the linkage is near a dead centre
 
 
@@ -100,7 +98,7 @@ def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
     linkage unless it passes a dead centre.
     """
     driven, passive = list(loops.driven), list(loops.passive)
-    size = max((float(np.linalg.norm(point)) for _, _, point in loops.pins), default=1.0) or 1.0
+    size = loops.size
     slides = [
         not screws[loops.owner[joint]][loops.paths[loops.owner[joint]].index(joint), :3].any() for joint in driven
     ]

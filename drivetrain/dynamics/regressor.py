@@ -84,10 +84,14 @@ def torque_parameters(arm: Arm) -> Array:
         home = np.concatenate([home, [rotor.home for rotor in rotors]])
         masses = np.concatenate([masses, [rotor.mass for rotor in rotors]])
         inertias = np.concatenate([inertias, [rotor.inertia for rotor in rotors]])
-    moments = carried_moments(inverse_poses(frames) @ home, masses, inertias)
-    second = moments[:, :3, :3]
+    return ten_parameters(carried_moments(inverse_poses(frames) @ home, masses, inertias))
+
+
+def ten_parameters(pseudo: Array) -> Array:
+    """Ten parameters of each body from the pseudo-inertias, (b, 4, 4) to (10 b,)."""
+    second = pseudo[:, :3, :3]
     tensor = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
-    return np.concatenate([moments[:, 3:, 3], moments[:, :3, 3], tensor[:, ROW, COLUMN]], axis=1).ravel()
+    return np.concatenate([pseudo[:, 3:, 3], pseudo[:, :3, 3], tensor[:, ROW, COLUMN]], axis=1).ravel()
 
 
 def parameter_names(arm: Arm, *, friction: bool = False) -> list[str]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.dynamics.regressor import COLUMN, ROW
+from drivetrain.dynamics.regressor import COLUMN, ROW, ten_parameters
 
 # Smallest eigenvalue of a pseudo-inertia over its largest: allows point masses, and planar arms with only Izz.
 LEAST = 1e-9
@@ -26,13 +26,6 @@ def pseudo_inertias(parameters: Array) -> Array:
     result[:, :3, 3] = result[:, 3, :3] = ten[:, 1:4]
     result[:, 3, 3] = ten[:, 0]
     return result
-
-
-def ten_parameters(pseudo: Array) -> Array:
-    """Ten parameters of each body from the pseudo-inertias, (b, 4, 4) to (10 b,)."""
-    second = pseudo[:, :3, :3]
-    tensor = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
-    return np.concatenate([pseudo[:, 3:, 3], pseudo[:, :3, 3], tensor[:, ROW, COLUMN]], axis=1).ravel()
 
 
 def consistent(parameters: Array) -> bool:

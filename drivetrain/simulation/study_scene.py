@@ -15,7 +15,7 @@ from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
-from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction, times_as_large
+from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction, times_as_large, with_scaled
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
@@ -345,22 +345,11 @@ def _friction(law: Friction, side: Side) -> list[Effect]:
 
 def at_joint(law: Friction, travel: float) -> Friction:
     """A friction law of a rotating shaft, referred to its prismatic joint with a travel per angle [m/rad]."""
-    if travel == 1.0:
-        return law
-
-    def force(torque: float | None) -> float | None:
-        return None if torque is None else torque / travel
-
-    return replace(
-        law,
-        coulomb=law.coulomb / travel,
-        coulomb_negative=force(law.coulomb_negative),
-        viscous=law.viscous / travel**2,
-        viscous_negative=None if law.viscous_negative is None else law.viscous_negative / travel**2,
-        static=force(law.static),
-        stribeck_speed=None if law.stribeck_speed is None else law.stribeck_speed * travel,
-        tanh_speed=None if law.tanh_speed is None else law.tanh_speed * travel,
-    )
+    torques = dict.fromkeys(("coulomb", "coulomb_negative", "static"), 1.0 / travel)
+    viscous = dict.fromkeys(("viscous", "viscous_negative"), 1.0 / travel**2)
+    speeds = dict.fromkeys(("stribeck_speed", "tanh_speed"), travel)
+    scaled: Friction = with_scaled(law, torques | viscous | speeds)
+    return scaled
 
 
 def with_feed_forward(scene: Scene) -> Scene:

@@ -12,12 +12,11 @@ from drivetrain.arrays import Array
 from drivetrain.drive.motor import Motor, copper_coefficient, torque_constant, winding_resistance
 from drivetrain.drive.thermal.heat import (
     PeriodicTemperature,
-    ThermalNetwork,
     periodic_temperature,
     rms_rule_validity,
     temperature_of_current,
-    thermal_network,
 )
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.errors import InputError
 
 # A 150 W DC motor: two resistances and two time constants as sheets print them.

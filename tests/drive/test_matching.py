@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from drivetrain.drive.drive import Drive, drive_inertia, motor_torque
 from drivetrain.drive.friction import Friction
-from drivetrain.drive.gear import Gear, mesh_factors
+from drivetrain.drive.gear import Gear, mesh
 from drivetrain.drive.matching import (
     TorqueTerms,
     inertia_matching_ratio,
@@ -87,7 +87,7 @@ def test_scaled_gear_keeps_its_losses_and_its_sign() -> None:
     scaled = scaled_gear(gear, 30.0)
     assert scaled.ratio == -30.0
     assert scaled.no_load_torque == pytest.approx(0.008)
-    np.testing.assert_allclose(mesh_factors(scaled), mesh_factors(gear), rtol=1e-14)
+    np.testing.assert_allclose(mesh(scaled)[1:3], mesh(gear)[1:3], rtol=1e-14)
     assert scaled_gear(replace(GEAR, no_load_torque=None), 5.0).no_load_torque is None
 
 

@@ -16,8 +16,8 @@ from drivetrain.drive.thermal.heat import (
     mixed_temperature,
     periodic_temperature,
     rms_rule_validity,
-    thermal_network,
 )
+from drivetrain.drive.thermal.thermal_network import thermal_network
 
 MOTOR = Motor(
     "m", 0.299, 0.0302, resistance_winding_housing=1.9, resistance_housing_ambient=4.65, winding_time_constant=8.0,

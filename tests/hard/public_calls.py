@@ -15,7 +15,8 @@ from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, exact_current_step
-from drivetrain.drive.thermal.heat import periodic_temperature, temperature_of_current, thermal_network
+from drivetrain.drive.thermal.heat import periodic_temperature, temperature_of_current
+from drivetrain.drive.thermal.thermal_network import thermal_network
 from drivetrain.drive.thermal.warm_up import warm_up
 from drivetrain.motion.point_to_point import MotionLimits, waypoint_motion
 from drivetrain.motion.profiles import Quintic, SCurve, Trapezoid

@@ -12,13 +12,12 @@ from typer.testing import CliRunner
 import drivetrain as dt
 from drivetrain.cli import app
 from drivetrain.dynamics.inverse import inverse_dynamics
-from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
+from drivetrain.dynamics.regressor import ten_parameters, torque_parameters, torque_regressor
 from drivetrain.identification.least_squares import (
     base_parameters,
     consistent,
     nearest_consistent,
     pseudo_inertias,
-    ten_parameters,
 )
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.study.model import DriveMass

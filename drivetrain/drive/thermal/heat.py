@@ -22,22 +22,10 @@ from drivetrain.drive.thermal.periodic_heat import (
     periods_of,
     trace_own_periods,
 )
-from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.errors import Fault, InputError
 from drivetrain.jit import kernel
 from drivetrain.records import UNKNOWN, as_record
-
-__all__ = [
-    "Mix",
-    "PeriodicTemperature",
-    "ThermalNetwork",
-    "mixed_temperature",
-    "mixed_temperature_of_current",
-    "periodic_temperature",
-    "rms_rule_validity",
-    "temperature_of_current",
-    "thermal_network",
-]
 
 OVERLOAD_SHARE = 0.05  # longest overload that the RMS rule permits, over the winding's time constant
 

@@ -80,14 +80,13 @@ def linkage_records(linkage: Linkage) -> tuple[Any, NDArray[np.int64], Any]:
     """Records of the linkage's joints, indices of the passive ones, and records of the pins' ends."""
     loops = linkage.loops
     slides = [linkage.chains[c].slides[loops.paths[c].index(joint)] for joint, c in enumerate(loops.owner)]
-    size = max((float(np.linalg.norm(point)) for _, _, point in loops.pins), default=1.0) or 1.0
     driven, passive = list(loops.driven), list(loops.passive)
     whole = np.zeros(len(loops.owner), WHOLE)
     whole["coordinate"] = -1
     whole["coordinate"][driven] = np.arange(len(driven))
     whole["follower"][passive] = np.arange(len(passive))
-    whole["stride"] = STRIDE * np.where(slides, size, 1.0)
-    ends = [(chain, count, CLOSED * size, point) for *pair, point in loops.pins for chain, count in pair]
+    whole["stride"] = STRIDE * np.where(slides, loops.size, 1.0)
+    ends = [(chain, count, CLOSED * loops.size, point) for *pair, point in loops.pins for chain, count in pair]
     return whole, np.array(passive, np.int64), np.array(ends, END)
 
 

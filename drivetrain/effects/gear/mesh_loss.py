@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from drivetrain.drive.gear import Gear, mesh_factors
+from drivetrain.drive.gear import Gear, mesh
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Shape, ratio_of
 from drivetrain.effects.laws import joint_law
@@ -43,13 +43,13 @@ class MeshLoss(Effect):
     @property
     def driven_loss(self) -> float:
         """Loss over transmitted torque when the load drives [-]; from 1 on the mesh is self-locking."""
-        return 1.0 - mesh_factors(self.gear).driven
+        return 1.0 - mesh(self.gear).driven
 
     def ports(self, place: Place) -> Ports:
         return Ports(contributes=(s.MESH_DRIVING, s.MESH_DRIVEN))
 
     def own(self, place: Place) -> Own:
-        return Own(mesh_factors(self.gear).driving - 1.0, self.driven_loss)
+        return Own(mesh(self.gear).driving - 1.0, self.driven_loss)
 
     def shape(self, place: Place) -> Shape:
         return Shape(ratio=ratio_of(place, self.gear))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from drivetrain.drive.gear import Gear, sprung_stages
 from drivetrain.drive.spring import Spring, answer, gear_spring, mean_touch, touch, twist_under
@@ -21,74 +21,49 @@ from drivetrain.jit import law
 
 
 @dataclass
-class SpringOwn:
-    """Record of the effect: the spring, its damping [N m s/rad]; elastic energy [J], power lost [W]."""
-
-    spring: Spring
-    damping: float
-    energy: float = 0.0
-    power: float = 0.0
-
-
-@joint_law(SpringOwn)
-def _spring_torque(t: Any, h: Any, own: Any, joint: Any) -> None:
-    """Contribute torque, damping and stiffness of the spring; with several pieces they are means over the step."""
-    gear = joint.spring
-    if h > 0.0 and own.spring.bend_1 < math.inf:
-        torque, slope, damping = mean_touch(own.spring, (0.0, 0.0), own.damping, gear.wind_up, gear.speed, h)
-    else:
-        torque, slope, _ = answer(own.spring, gear.wind_up)
-        torque, damping = torque + own.damping * gear.speed, own.damping
-    gear.torque += torque
-    gear.damping += damping
-    gear.stiffness += slope
-
-
-@joint_law(SpringOwn)
-def _account_elastic(t: Any, h: Any, own: Any, joint: Any) -> None:
-    """Elastic energy and damping loss of the spring."""
-    gear = joint.spring
-    _, _, own.energy = answer(own.spring, gear.wind_up)
-    own.power = own.damping * gear.speed * gear.speed
-
-
-@dataclass
-class PlayOwn:
+class Own:
     """Record of the effect."""
 
     spring: Spring
-    damping: float  # of a tooth flank in contact [N m s/rad]
-    half: float  # half of the backlash [rad]
+    half: float  # half of the backlash; 0: the spring is never out of contact [rad]
+    damping: float  # of the spring, or of a tooth flank in contact [N m s/rad]
     energy: float = 0.0  # elastic energy [J]
     power: float = 0.0  # power lost [W]
     torque: float = 0.0  # torque transmitted by the flanks [N m]
 
 
 @law
-def _flank_torque(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
-    """Torque [N m], stiffness [N m/rad] and damping [N m s/rad] of the flanks: at an instant, or means over a step."""
+def _transmitted(own: Any, gear: Any, h: float, damping: float) -> tuple[float, float, float]:
+    """Torque [N m], stiffness [N m/rad] and damping [N m s/rad] at an instant, or means over a step ``h``."""
     flanks = -own.half, own.half
-    if h > 0.0:
+    if h > 0.0 and (own.half > 0.0 or own.spring.bend_1 < math.inf):
         return mean_touch(own.spring, flanks, damping, gear.wind_up, gear.speed, h)
     return touch(own.spring, flanks, damping, gear.wind_up, gear.speed)
 
 
-@joint_law(PlayOwn)
-def _flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
-    """Contribute torque, damping and stiffness of the tooth flanks."""
+@joint_law(Own)
+def _compute(t: Any, h: Any, own: Any, joint: Any) -> None:
     gear = joint.spring
-    torque, slope, damping = _flank_torque(own, gear, h, own.damping)
+    torque, slope, damping = _transmitted(own, gear, h, own.damping)
     gear.torque += torque
     gear.damping += damping
     gear.stiffness += slope
 
 
-@joint_law(PlayOwn)
+@joint_law(Own)
+def _account_elastic(t: Any, h: Any, own: Any, joint: Any) -> None:
+    """Elastic energy and damping loss of a spring without backlash."""
+    gear = joint.spring
+    _, _, own.energy = answer(own.spring, gear.wind_up)
+    own.power = own.damping * gear.speed * gear.speed
+
+
+@joint_law(Own)
 def _account_flanks(t: Any, h: Any, own: Any, joint: Any) -> None:
     """Torque, elastic energy and damping loss of the tooth flanks."""
     gear = joint.spring
-    own.torque, _, _ = _flank_torque(own, gear, h, own.damping)
-    elastic, _, _ = _flank_torque(own, gear, h, 0.0)
+    own.torque, _, _ = _transmitted(own, gear, h, own.damping)
+    elastic, _, _ = _transmitted(own, gear, h, 0.0)
     penetration = max(abs(gear.wind_up) - own.half, 0.0)
     _, _, own.energy = answer(own.spring, penetration)
     own.power = (own.torque - elastic) * gear.speed
@@ -108,6 +83,8 @@ class GearSpring(Effect):
     damping: float = 0.0
 
     limits = ranges(damping=not_negative("N m s/rad"))
+    outputs: ClassVar[tuple[Signal, ...]]
+    compute = _compute
 
     def __post_init__(self) -> None:
         gear_spring(self.gear)  # raises if the stiffness is unknown
@@ -122,6 +99,16 @@ class GearSpring(Effect):
     def half(self) -> float:
         """Half of the backlash [rad]."""
 
+    def ports(self, place: Place) -> Ports:
+        return Ports(
+            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
+            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
+            outputs=self.outputs,
+        )
+
+    def piecewise(self) -> bool:
+        return self.half > 0.0 or self.spring.bend_1 < math.inf
+
     def shape(self, place: Place) -> Shape:
         ratio, carried = ratio_of(place, self.gear), sprung_stages(self.gear)
         return Shape(ratio=ratio, flexible=True, deflection=self._wind_up, carried=carried)
@@ -135,22 +122,12 @@ class GearSpring(Effect):
 class FlexibleJoint(GearSpring):
     """Torsional spring of the gear between rotor and link."""
 
-    compute = _spring_torque
     account = _account_elastic
+    outputs = (s.store("spring_energy"), s.loss("spring_damping_power"))
 
     @property
     def half(self) -> float:
         return 0.0
-
-    def ports(self, place: Place) -> Ports:
-        return Ports(
-            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
-            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
-            outputs=(s.store("spring_energy"), s.loss("spring_damping_power")),
-        )
-
-    def piecewise(self) -> bool:
-        return self.spring.bend_1 < math.inf
 
 
 @dataclass(frozen=True)
@@ -160,8 +137,12 @@ class Backlash(GearSpring):
     Used instead of ``FlexibleJoint``; with a backlash of zero both are the same.
     """
 
-    compute = _flanks
     account = _account_flanks
+    outputs = (
+        s.store("flank_energy"),
+        s.loss("flank_damping_power"),
+        Signal("flank_torque", "N m", path="torque"),
+    )
 
     def faults(self) -> list[Fault]:
         if self.gear.backlash is not None:
@@ -172,17 +153,3 @@ class Backlash(GearSpring):
     @property
     def half(self) -> float:
         return 0.5 * (self.gear.backlash or 0.0)
-
-    def ports(self, place: Place) -> Ports:
-        return Ports(
-            needs=(s.DEFLECTION, s.DEFLECTION_SPEED),
-            contributes=(s.GEAR_TORQUE, s.GEAR_DAMPING, s.GEAR_STIFFNESS),
-            outputs=(
-                s.store("flank_energy"),
-                s.loss("flank_damping_power"),
-                Signal("flank_torque", "N m", path="torque"),
-            ),
-        )
-
-    def piecewise(self) -> bool:
-        return True

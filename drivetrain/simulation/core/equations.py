@@ -312,6 +312,16 @@ def rates_at(run: Run, t: float) -> None:
 
 
 @part
+def rates_of(run: Run, t: float, x: Any, result: Any) -> None:
+    """Put the rates of all states at time t [s] and state x into ``result``; NaN if the equations have no solution."""
+    put_states(run, x)
+    rates_at(run, t)
+    states, memory = states_of(run), memory_of(run)
+    for k in range(engine_of(run).moving):
+        result[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
+
+
+@part
 def take_samples(run: Run, t: float, early: float, share: float) -> None:
     """Take the samples that are due at time t [s]; before the first, all laws are evaluated.
 
@@ -342,12 +352,8 @@ def fill_row(run: Run, t: float, row: Any) -> None:
 
 
 def rates(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:
-    """The right-hand side for solvers: the rates of all states, NaN if the equations have no solution."""
-    put_states(run, x)
-    rates_at(run, t)
-    states, memory = states_of(run), memory_of(run)
-    for k in range(engine_of(run).moving):
-        result[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
+    """The right-hand side for solvers: the rates of all states."""
+    rates_of(run, t, x, result)
 
 
 def signals(t: Any, x: Any, result: Any, numbers: Any, run: Any) -> None:

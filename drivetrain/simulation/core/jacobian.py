@@ -12,7 +12,6 @@ Reference: Curtis, Powell, Reid, J. Inst. Maths Applics 13 (1974) 117, for the g
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -22,18 +21,15 @@ from numpy.typing import NDArray
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
 from drivetrain.simulation.core import equations
-from drivetrain.simulation.core.equations import put_states, rates_at
+from drivetrain.simulation.core.equations import rates_of
 from drivetrain.simulation.core.records import (
     AT,
     Run,
     coordinates_of,
-    engine_of,
-    memory_of,
     numbers_of,
     pairs_of,
     part,
     rows_of,
-    states_of,
     words_of,
     world_of,
 )
@@ -162,16 +158,6 @@ RELATIVE_STEP = 1.4901161193847656e-08  # relative perturbation of a state: the 
 
 
 @part
-def _rates_at(run: Run, t: float, moved: Any, to: Any) -> None:
-    """Put the rates at time t [s] and state ``moved`` into ``to``, (m,); NaN if the equations have no solution."""
-    states, memory = states_of(run), memory_of(run)
-    put_states(run, moved)
-    rates_at(run, t)
-    for k in range(len(moved)):
-        to[k] = memory[states[k].rate] if engine_of(run).solved >= 0 else math.nan
-
-
-@part
 def _save_factors(run: Run, factors: Any, slid: Any) -> int:
     """Save the factors of the mass matrix of the slipping coordinates, and their indices; returns their number."""
     coordinates, pairs, count = coordinates_of(run), pairs_of(run), 0
@@ -222,7 +208,7 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
         columns[k] = 0.0
     for k in range(m):
         moved[k] = x[k]
-    _rates_at(run, t, moved, found)
+    rates_of(run, t, moved, found)
     count = _save_factors(run, factors, slid)
     for group in range(len(groups) - 1):
         first, last = groups[group], groups[group + 1]
@@ -230,7 +216,7 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
             j = members[e]
             step = RELATIVE_STEP * max(abs(x[j]), sizes[j])
             moved[j] = x[j] + (step if found[j] >= 0.0 else -step)
-        _rates_at(run, t, moved, later)
+        rates_of(run, t, moved, later)
         if last - first == 1:
             j = members[first]
             inverse = 1.0 / (moved[j] - x[j])

@@ -14,7 +14,7 @@ from drivetrain.drive.drive import Drive, drive_inertia, rotor_torque
 from drivetrain.drive.gear import moment_square
 from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
-from drivetrain.drive.thermal.heat import ThermalNetwork, thermal_network
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.records import as_numbers, columns
 from drivetrain.sizing.demand.demand import JointDemand
 from drivetrain.sizing.demand.series import joint_series

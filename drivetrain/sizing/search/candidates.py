@@ -451,10 +451,6 @@ def _current_stops(
         """Torque, static torque and inertia."""
         return np.stack([torque, torque - inertia * acceleration, inertia], axis=-2)
 
-    if not len(at):
-        empty, nothing = np.zeros(0), np.zeros((len(own.torque), 0))
-        ends = (np.zeros((2, 0)), np.zeros((2, 0)), np.zeros((2, 0)))
-        return CurrentStops(empty, empty, empty, empty, nothing, nothing, *ends), NO_LOADS
     stops = CurrentStops(
         motion.speed[at], motion.loss_speed[at], acceleration, motion.carrier_acceleration[at],
         np.ascontiguousarray(own.torque[:, at]), np.ascontiguousarray(own.inertia[:, at]), *np.zeros((3, 2, len(at))),
