@@ -272,9 +272,10 @@ def energy_event(time: Array, error: Array, passed: float, stored: float, tolera
     if not len(off) or not off.max() > most:
         return ()
     share = off.max() / max(passed, 1e-300)
+    finer = "a smaller tolerance" if tolerance > 0.0 else "a shorter step or AdaptiveStep"
     detail = (
-        f"{100.0 * share:.2g} % of the energy that goes to and fro is not accounted for: do not trust this run; a "
-        "shorter step or AdaptiveStep resolves more"
+        f"{100.0 * share:.2g} % of the energy that goes to and fro is not accounted for: do not trust this run; "
+        f"{finer} resolves more"
     )
     return (Event(float(time[int(np.argmax(off > most))]), UNACCOUNTED, detail),)
 

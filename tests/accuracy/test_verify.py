@@ -56,6 +56,9 @@ def test_what_is_missing_is_told_from_where_it_is_missing() -> None:
     (event,) = energy_event(time, 0.05 * time, 2.0, 10.0)
     assert event.time == pytest.approx(0.5)  # more than 1 % of 2 J
     assert not energy_event(time, 0.05 * time, 2.0, 10.0, tolerance=0.01)  # a tenth was allowed
+    assert "a shorter step or AdaptiveStep resolves more" in event.detail
+    (event,) = energy_event(time, 0.05 * time, 2.0, 10.0, tolerance=1e-4)
+    assert "a smaller tolerance resolves more" in event.detail
     assert not energy_event(time, 1e-12 * time, 1e-13, 10.0)  # rounding of what is stored
 
 
