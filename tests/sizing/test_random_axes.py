@@ -25,6 +25,7 @@ from one_axis import (
 )
 from scipy.optimize import brentq
 
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import loss_speed
 from drivetrain.drive.friction import Friction
 from drivetrain.study.model import Mount, Stop
@@ -407,3 +408,12 @@ def test_heat(op):
     # is warmer at the end of one part, it is when the other one begins.
     more = inner * resistance(motor, windings.max()) / k**2 / (1.0 - inner * slope * squares.sum(axis=1).max())
     assert op.figures.phase_temperature == pytest.approx(windings.max() + more * squares[:, 1].max(), abs=ripple)
+
+
+@pytest.mark.parametrize(
+    ("motor", "amplifier", "least"), [(8.0, None, 8.0), (None, 5.0, 5.0), (8.0, 5.0, 5.0), (4.0, 5.0, 4.0)]
+)
+def test_the_smaller_of_two_peak_currents_counts_or_the_known_one(make, motor, amplifier, least):
+    task = {"amplifier": Amplifier(peak_current=amplifier, continuous_current=3.0)}
+    op = random_axis(make, {"peak_current": motor}, task=task)
+    assert op.number("limits.peak_current") == least
