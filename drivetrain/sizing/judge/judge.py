@@ -870,7 +870,8 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
-        figures.magnet_temperature = rest = known_or(motor.max_winding_temperature, WARMEST)
+        if known(heat.peak):
+            figures.magnet_temperature = rest = known_or(motor.max_winding_temperature, WARMEST)
     losses.winding_at[:] = rest
 
 
