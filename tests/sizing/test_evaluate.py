@@ -350,14 +350,6 @@ def test_runaway_heat_fails_without_bound(one_axis):
     assert check.utilisation == math.inf
 
 
-def test_a_runaway_asks_no_less_current_than_the_heat_before_it(one_axis):
-    asked = []
-    for resistance in (1.0, 4.0, 4000.0):
-        joint = evaluate(changed(one_axis, "motor", "resistance_housing_ambient", resistance)).joints["j1"]
-        asked.append([check_of(joint, name).required for name in ("motor RMS current", "motor peak current")])
-    assert np.all(np.diff(asked, axis=0) > 0.0)
-
-
 def test_warmer_air_leaves_less_of_everything_thermal(one_axis):
     cool, warm = evaluate(one_axis).joints["j1"], evaluate(replace(one_axis, ambient=60.0)).joints["j1"]
     for name in ("motor RMS current", "winding temperature"):

@@ -300,11 +300,10 @@ def test_worse_data_never_make_a_verdict_of_a_drive_better(make):
             (was, lacked), (now, lacks) = (
                 used_of(one, replace(work, study=one.study), joint, drives, pick) for one in parts
             )
-            endless = np.isinf(now[:, names == HEAT])  # thermal runaway
+            endless = np.isinf(now[:, names == HEAT])  # thermal runaway: nothing else is told of a warm motor
             runaways += int(endless.sum())
-            hot = ~(was[:, names == HEAT] <= 1.0)  # a motor that was already too hot may have been hotter than now
-            burnt = hot & ((names == VOLTS) | endless)
-            better = ~(was <= 1.0) & (now <= 1.0) & ~free & ~burnt
+            burnt = (was[:, names == HEAT] > 1.0) & (names == VOLTS)  # what a winding asks that is too hot
+            better = ~(was <= 1.0) & (now <= 1.0) & ~endless & ~free & ~burnt
             assert not better.any(), (seed, change.__name__, names[better.any(axis=0)])
             failed, fails = ((one[:, ~spared] > 1.0).any(axis=1) for one in (was, now))
             proven = (lacks < 0) & ~fails

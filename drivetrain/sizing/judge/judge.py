@@ -812,10 +812,10 @@ def at_rest(
 def warm_up(case: Any, motion: Any, traces: Any) -> None:
     """Set the steady periodic temperatures of a drive, and the winding temperature at each sample.
 
-    If data is missing, the magnets are taken at ambient temperature and the winding at its limit; if no steady state
-    exists, both at the limit. The gear's loss reaches the winding through the housing, which evens it out: its mean
-    counts, of a gear as warm as the housing. If the winding time constant is unknown, the hottest phase is computed a
-    second time with the shortest time constant that such a motor may have; the difference is an allowance.
+    If data is missing or no steady state exists, the magnets are taken at ambient temperature and the winding at its
+    limit. The gear's loss reaches the winding through the housing, which evens it out: its mean counts, of a gear as
+    warm as the housing. If the winding time constant is unknown, the hottest phase is computed a second time with the
+    shortest time constant that such a motor may have; the difference is an allowance.
     """
     motor, figures, ambient, losses = case.motor, case.figures, case.setting.ambient, traces.losses
     nodes, rest = thermal_nodes(motor, case.setting.mounting), known_or(motor.max_winding_temperature, ambient)
@@ -870,8 +870,6 @@ def warm_up(case: Any, motion: Any, traces: Any) -> None:
         if heat.peak < np.inf:
             figures.magnet_temperature = heat.magnets
             return
-        if known(heat.peak):
-            figures.magnet_temperature = rest = known_or(motor.max_winding_temperature, WARMEST)
     losses.winding_at[:] = rest
 
 
