@@ -142,10 +142,10 @@ def judge_all(
             if lacking[i] >= 0:
                 continue
         if len(series.unit_loads.torque) > 0:
-            torque, stop = total.torque, total.stop
-            if applies_at_rest(case):
-                load, inertia = total, total.inertia
-            add_up(series.load, series.unit_loads, amounts[i], total, applies_at_rest(case))
+            torque, stop, resting = total.torque, total.stop, applies_at_rest(case)
+            add_up(series.load, series.unit_loads, amounts[i], total, resting)
+            load = total if resting else series.load
+            inertia = load.inertia
         set_carried(case, load, motion.weight, motion.speed, quick)
         if case.setting.cold != 0.0:
             cold = case.setting.cold_start
