@@ -9,8 +9,7 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2 (loo
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -19,13 +18,8 @@ import numpy as np
 from drivetrain.arm.arm import Arm, Linkage, Loops
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.arrays import Array
-from drivetrain.dynamics.core.frames import FRAME, move_frame
-from drivetrain.dynamics.core.loops import MOST, STRIDE
+from drivetrain.dynamics.core.loops import close_samples, move_samples, pins_of
 from drivetrain.errors import Fault, InputError
-from drivetrain.spatial.poses import pose
-
-CLOSED = 1e-12  # gap of a closed pin, as a share of the arm's size: rounding
-DEAD = 1e-5  # smallest over largest singular value below which the linkage is near a dead centre
 
 
 class WholeMotion(NamedTuple):
@@ -40,118 +34,40 @@ class WholeMotion(NamedTuple):
 
 def whole_motion(linkage: Linkage, q: Array, qd: Array, qdd: Array) -> WholeMotion:
     """Motion of all joints for a motion of the driven ones, (N, n) each; raises ``InputError`` if pins cannot close."""
-    geometry = _Geometry(linkage.loops, tuple(chain.screws.tobytes() for chain in linkage.chains))
-    position, turns, follows = _assembly(geometry, np.ascontiguousarray(q).tobytes(), len(q))
+    geometry = _Geometry(linkage.loops, tuple(chain.screws.tobytes() for chain in linkage.chains), linkage)
+    position = _closed(geometry, np.ascontiguousarray(q).tobytes(), len(q))
+    count, m = position.shape
+    turns, drift = np.zeros((count, m, q.shape[1])), np.zeros((count, m))
+    moved = move_samples(pins_of(linkage), position, np.ascontiguousarray(qd), turns, drift)
+    if moved < count:
+        raise _unreached(q[moved])
     velocity, acceleration = ((turns @ values[:, :, None])[..., 0] for values in (qd, qdd))
-    if qd.any():
-        drift = _pins(geometry.loops, geometry.screws, position, velocity)[2]
-        acceleration[:, list(geometry.loops.passive)] -= (follows @ drift[:, :, None])[..., 0]
-    return WholeMotion(position, velocity, acceleration, turns)
+    return WholeMotion(position, velocity, acceleration + drift, turns)
 
 
-class _Geometry(NamedTuple):
-    """Geometry of a linkage, on which the motion of all joints depends; the key of the cache."""
+@dataclass(frozen=True)
+class _Geometry:
+    """A linkage as a key of the cache: equal to others with the same loops and screws."""
 
     loops: Loops
-    chains: tuple[bytes, ...]
-
-    @property
-    def screws(self) -> list[Array]:
-        """Screws of each chain, (k, 6), as writable arrays, for which the kernels are compiled."""
-        return [np.frombuffer(screws).reshape(-1, 6).copy() for screws in self.chains]
+    screws: tuple[bytes, ...]
+    linkage: Linkage = field(compare=False)
 
 
 @lru_cache(maxsize=8)
-def _assembly(geometry: _Geometry, key: bytes, count: int) -> tuple[Array, Array, Array]:
-    """Positions of all joints, J, and pseudo-inverse of the passive joints' pin Jacobian, cached by the positions."""
-    loops, screws = geometry.loops, geometry.screws
-    driven, passive = list(loops.driven), list(loops.passive)
-    q = np.frombuffer(key).reshape(count, -1)
-    different, back = np.unique(q, axis=0, return_inverse=True)
-    position = _closed_positions(loops, screws, different)
-    _, jacobian, _ = _pins(loops, screws, position, np.zeros_like(position))
-    follows = _passive_pseudo_inverse(jacobian, passive, different)
-    turns = np.zeros((len(different), len(loops.owner), len(driven)))
-    turns[:, driven] = np.eye(len(driven))
-    turns[:, passive] = -follows @ jacobian[:, :, driven]
-    every = back.reshape(-1)
-    return position[every], turns[every], follows[every]
+def _closed(geometry: _Geometry, key: bytes, count: int) -> Array:
+    """Positions of all joints, (N, m); ``key`` are those of the driven ones."""
+    q, pins = np.frombuffer(key).reshape(count, -1), pins_of(geometry.linkage)
+    place = np.zeros((count, len(pins.whole)))
+    closed = close_samples(pins, q.copy(), place)
+    if closed < count:
+        raise _unreached(q[closed])
+    return place
 
 
-def _passive_pseudo_inverse(jacobian: Array, passive: list[int], q: Array) -> Array:
-    """The pseudo-inverse of the pin Jacobian of the passive joints, (N, p, k)."""
-    if not passive:
-        return np.zeros((len(q), 0, jacobian.shape[1]))
-    left, values, right = np.linalg.svd(jacobian[:, :, passive], full_matrices=False)
-    share = values[:, -1] / values[:, 0] if values.shape[1] == len(passive) else np.zeros(len(q))
-    if not (share > DEAD).all():
-        worst = int(np.argmin(share))
-        problem = "do not determine the positions of the dependent joints: a dead centre, or a joint that no pin holds"
-        raise InputError(Fault("driven joints", problem, q[worst].tolist(), "in rad or m; more pins, or other ranges"))
-    return np.asarray(np.swapaxes(right, 1, 2) / values[:, None] @ np.swapaxes(left, 1, 2))
-
-
-def _closed_positions(loops: Loops, screws: list[Array], q: Array) -> Array:
-    """Positions of all joints, (N, m), followed on a straight path of the driven joints from zero to their positions.
-
-    All samples advance together. Along this path the passive joints cannot change to another assembly mode of the
-    linkage unless it passes a dead centre.
-    """
-    driven, passive = list(loops.driven), list(loops.passive)
-    size = loops.size
-    slides = [
-        not screws[loops.owner[joint]][loops.paths[loops.owner[joint]].index(joint), :3].any() for joint in driven
-    ]
-    strides = np.abs(q) / np.where(slides, size, 1.0)
-    steps = max(1, math.ceil(float(strides.max(initial=0.0)) / STRIDE))
-    position = np.zeros((len(q), len(loops.owner)))
-    rest, error = np.zeros_like(position), np.inf
-    for step in range(steps):
-        begin, jacobian, _ = _pins(loops, screws, position, rest)
-        change = q / steps
-        position[:, driven] += change
-        target = begin + (jacobian[:, :, driven] @ change[:, :, None])[..., 0]
-        position[:, passive] -= _least_squares(jacobian[:, :, passive], target)
-        for _ in range(MOST if step == steps - 1 else 1):
-            missing, jacobian, _ = _pins(loops, screws, position, rest)
-            error = float(np.abs(missing).max(initial=0.0)) / size
-            if error <= CLOSED:
-                break
-            position[:, passive] -= _least_squares(jacobian[:, :, passive], missing)
-    if not error <= 1e3 * CLOSED:
-        worst = int(np.argmax(np.abs(missing).max(axis=1)))
-        problem = f"leaves a pin {error * size:.3g} m open: the linkage does not reach so far"
-        raise InputError(Fault("position of the driven joints", problem, q[worst].tolist(), "in rad or m"))
-    return position
-
-
-def _least_squares(matrix: Array, target: Array) -> Array:
-    """Least squares by the normal equations, (N, p); the next Newton step corrects their rounding errors."""
-    turned = np.swapaxes(matrix, 1, 2)
-    normal = turned @ matrix
-    scale = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-300
-    normal = normal + 1e-14 * scale * np.eye(matrix.shape[2])
-    return np.asarray(np.linalg.solve(normal, turned @ target[:, :, None])[..., 0])
-
-
-def _pins(loops: Loops, screws: list[Array], position: Array, velocity: Array) -> tuple[Array, Array, Array]:
-    """Gaps of the pins [m], (N, k), their Jacobian, (N, k, m), and second derivatives at constant rates, (N, k)."""
-    count, m = position.shape
-    error, drift = np.zeros((2, count, 3 * len(loops.pins)))
-    jacobian = np.zeros((count, 3 * len(loops.pins), m))
-    frames = np.empty(count, FRAME)
-    columns: dict[int, Array] = {}
-    for k, (first, second, point) in enumerate(loops.pins):
-        rows = slice(3 * k, 3 * k + 3)
-        for (chain, length), sign in ((first, 1.0), (second, -1.0)):
-            path = list(loops.paths[chain])
-            turned = columns.setdefault(chain, np.empty((count, 6, len(path))))
-            q, qd = (np.ascontiguousarray(values[:, path]) for values in (position, velocity))
-            move_frame(screws[chain], pose(point=point), length - 1, q, qd, frames, turned)
-            error[:, rows] += sign * frames["place"]
-            drift[:, rows] += sign * frames["dv"]
-            jacobian[:, rows, path] += sign * turned[:, 3:]
-    return error, jacobian, drift
+def _unreached(q: Array) -> InputError:
+    problem = "cannot be reached by the linkage: out of reach, a dead centre, or a joint that no pin holds"
+    return InputError(Fault("position of the driven joints", problem, q.tolist(), "in rad or m"))
 
 
 def chain_arms(arm: Arm) -> list[Arm]:

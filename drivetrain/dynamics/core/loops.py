@@ -1,7 +1,8 @@
-"""Closed loops of one sample, compiled: Newton's method for the passive joints, and their motion with the driven ones.
+"""Closed loops, compiled: Newton's method for the passive joints, and their motion with the driven ones.
 
-Pins are closed to rounding: after they are within tolerance, one more Newton step is made. Except for ``follow``, the
-laws do not branch on variables, so that code in other languages can be generated from them.
+Pins are closed to rounding: after they are within tolerance, one more Newton step is made. Except for ``follow`` and
+the kernels over samples, the laws do not branch on variables, so that code in other languages can be generated from
+them.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.2.
 """
@@ -18,8 +19,9 @@ from numpy.typing import NDArray
 from drivetrain.arm.arm import Linkage
 from drivetrain.arrays import Array
 from drivetrain.dynamics.core.factor import backward, scalar_product
-from drivetrain.dynamics.core.frames import move_links
-from drivetrain.dynamics.core.vectors import cross, exact, plus, turned, vector
+from drivetrain.dynamics.core.frames import LINK, move_links
+from drivetrain.dynamics.core.vectors import CONTRACT, cross, exact, plus, turned, vector
+from drivetrain.jit import kernel
 from drivetrain.records import record_type
 
 MOST = 30  # largest number of Newton steps
@@ -29,6 +31,7 @@ DEAD = 1e-6
 STRIDE = 0.2  # largest step of a driven joint while loops are closed [rad]; of a prismatic one, share of the arm's size
 FINER = (1, 8, 64)  # factors on the number of steps, tried one after the other
 LEAP = 5.0  # largest change of a passive joint in a Newton step, in steps: more may reach another assembly mode
+FARTHEST = 1e5  # largest motion of the driven joints to a sample, in strides: a tenth of a second of computing
 CLOSED = 1e-10  # gap of closed pins before the last Newton step, as a share of the arm's size; squared after it
 
 
@@ -55,7 +58,15 @@ class End:
     point: Annotated[Array, 3]  # in the base frame with all joints at zero [m]
 
 
-WHOLE, END = (record_type(one, np.int64) for one in (Whole, End))
+@dataclass
+class Rows:
+    """The rows of a chain."""
+
+    row: int  # the first one
+    joints: int  # their number
+
+
+WHOLE, END, ROWS = (record_type(one, np.int64) for one in (Whole, End, Rows))
 
 
 class Pins(NamedTuple):
@@ -88,6 +99,70 @@ def linkage_records(linkage: Linkage) -> tuple[Any, NDArray[np.int64], Any]:
     whole["stride"] = STRIDE * np.where(slides, loops.size, 1.0)
     ends = [(chain, count, CLOSED * loops.size, point) for *pair, point in loops.pins for chain, count in pair]
     return whole, np.array(passive, np.int64), np.array(ends, END)
+
+
+def pins_of(linkage: Linkage) -> Pins:
+    """The closed loops of a linkage with work arrays, all joints at zero."""
+    whole, passive, ends = linkage_records(linkage)
+    sizes = [len(path) for path in linkage.loops.paths]
+    rows, m, p, pins = sum(sizes), len(whole), len(passive), len(ends) // 2
+    chains = np.array([*zip(np.cumsum(sizes) - sizes, sizes, strict=True)], ROWS)
+    joints = np.concatenate([np.array(path, np.int64) for path in linkage.loops.paths])
+    screws = np.concatenate([chain.screws for chain in linkage.chains])
+    return Pins(
+        whole, passive, ends, chains, joints, screws, np.zeros(rows), np.zeros(rows),
+        np.zeros(rows + len(chains), LINK), np.zeros((3 * pins, m + 2)), np.zeros((p, m + 2)), np.zeros((p, p)),
+    )  # fmt: skip
+
+
+@kernel(fastmath=CONTRACT)
+def close_samples(pins: Any, q: Array, place: Array) -> int:
+    """Set the positions of all joints, (N, m), for those of the driven ones, (N, n).
+
+    Each sample is reached straight from the one before it, or else from zero. Returns the number of samples before the
+    first one without a solution.
+    """
+    whole = pins.whole
+    for sample in range(len(q)):
+        for w in range(len(whole)):
+            if whole[w].coordinate >= 0:
+                whole[w].wanted = q[sample, whole[w].coordinate]
+        if not follow(pins, FARTHEST):
+            for w in range(len(whole)):
+                whole[w].place = 0.0
+            if not follow(pins, FARTHEST):
+                return sample
+        for w in range(len(whole)):
+            place[sample, w] = whole[w].place
+    return len(q)
+
+
+@kernel(fastmath=CONTRACT)
+def move_samples(pins: Any, place: Array, qd: Array, turns: Array, drift: Array) -> int:
+    """Set each joint's motion per unit of the driven ones, (N, m, n), and its acceleration without theirs, (N, m).
+
+    Both are given as zeros. ``place``: positions of all joints; ``qd``: speeds of the driven ones, (N, n). Returns the
+    number of samples before the first one near a dead centre.
+    """
+    whole, found = pins.whole, pins.found
+    for sample in range(len(qd)):
+        for w in range(len(whole)):
+            one = whole[w]
+            one.place = place[sample, w]
+            if one.coordinate >= 0:
+                one.speed = qd[sample, one.coordinate]
+        if not move_followers(pins) > 0.0:
+            return sample
+        for w in range(len(whole)):
+            one = whole[w]
+            if one.coordinate >= 0:
+                turns[sample, w, one.coordinate] = 1.0
+                continue
+            drift[sample, w] = -found[one.follower, len(whole) + 1]
+            for k in range(len(whole)):
+                if whole[k].coordinate >= 0:
+                    turns[sample, w, whole[k].coordinate] = -found[one.follower, k]
+    return len(qd)
 
 
 @exact

@@ -13,7 +13,8 @@ from drivetrain.jit import kernel, law
 
 Vector = tuple[float, float, float]
 Tensor = tuple[float, float, float, float, float, float]  # xx, yy, zz, xy, xz, yz
-exact: Any = law(fastmath={"contract"})
+CONTRACT = {"contract"}
+exact: Any = law(fastmath=CONTRACT)
 
 
 @exact
