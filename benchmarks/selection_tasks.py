@@ -156,7 +156,8 @@ def chain_study(study: Study, joints: int, samples: int) -> Study:
     points = np.column_stack([ends[:-1], np.zeros(joints), np.zeros(joints)])
     screws = np.array([np.concatenate([axis, np.cross(point, axis)]) for axis, point in zip(axes, points, strict=True)])
     masses = 8.0 * reach
-    inertias = np.array([np.diag([0.002, m * r * r / 10, m * r * r / 10]) for m, r in zip(masses, reach, strict=True)])
+    across = masses * reach**2 / 10  # about both axes across a link; along it no body has more than their sum
+    inertias = np.array([np.diag([min(0.002, 2 * one), one, one]) for one in across])
     tip = np.eye(4)
     tip[0, 3] = ends[-1]
     names = tuple(f"joint_{i + 1}" for i in range(joints))

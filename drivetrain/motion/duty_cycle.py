@@ -318,8 +318,7 @@ def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: boo
             fix = "add a motion back, or open_cycle: true" if closing else "add a motion between them"
             problem = f"{'the cycle does not close' if closing else 'a gap'}: {text}"
             faults[where + joint] = Fault(f"cycle, {where}", problem, None, fix)
-    if faults:
-        raise InputError(faults.values())
+    raise_faults(faults.values())
     return list(notes)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from drivetrain.drive.drive import Drive, resting
 from drivetrain.drive.gear import HOLDING, mesh_of
-from drivetrain.errors import Fault, InputError, by_joint, nearest
+from drivetrain.errors import Fault, InputError, by_joint, nearest, raise_faults
 from drivetrain.sizing.demand.demand import JointDemand, Workload, workload
 from drivetrain.sizing.judge.arm_stops import stop_checks
 from drivetrain.sizing.judge.cases import power_allowance
@@ -82,8 +82,7 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
     unknown = [name for name in drives if name not in names]
     faults = [Fault(f"drives.{name}", "is no joint", name, nearest(name, names)) for name in unknown]
     faults += [Fault(f"joints.{name}", "has no drive") for name in names if name not in drives]
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     work, mounted = workload(study), {i: drives[name] for i, name in enumerate(names)}
     results = {
         name: evaluate_joint(work, mounted, i, (drives[name].motor.key, drives[name].gear.key))
@@ -148,8 +147,7 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
             pair = (motor if motor in study.catalog.motors else given[0], task.staged.get(gear, gear))
             faults += _unknown_keys(study, task, pair)
             found[task.name] = pair
-    if faults:
-        raise InputError(faults)
+    raise_faults(faults)
     return found
 
 
