@@ -159,5 +159,5 @@ def _jump_message(problem: CompiledProblem, kept: Checkpoint, name: str) -> str:
     if jump_state < 0:
         return f"{jumps}: the rate of {name} {sizes}; make that instant a breakpoint"
     where = f"{problem.name(jump_state)} = {kept.states['x'][jump_state]:.6g}"
-    fix = "make the jump an event with a handler, or use a method whose law of friction is set-valued, as the fixed step's"
+    fix = "make the jump an event with a handler, or use a set-valued law of friction, as the fixed step does"
     return f"{jumps}, {where}: the rate of {name} {sizes}; {fix}"
