@@ -97,6 +97,10 @@ def _dynamics() -> None:
     mass_matrix(arm, rest)
     forward_dynamics(arm, rest, rest, rest)
     forward_dynamics(arm, rest[0], rest[0], rest[0])
+    linkage = _study("palletiser/study.yaml")
+    assert linkage.arm is not None
+    cycle = linkage.cycle
+    inverse_dynamics(linkage.arm, cycle.position[:2], cycle.velocity[:2], cycle.acceleration[:2])
 
 
 # The dearest first, so that no core waits for it at the end.
