@@ -182,15 +182,16 @@ def accuracy_lines(found: AccuracyFound) -> list[str]:
     lines = [f"full scene: {effects.full.verdict}, {with_unit(effects.seconds, 's')} a run"]
     for row in effects.rows:
         shares = ", ".join(f"{what} {_share(v)}" for what, v in zip(shown, worst(row, tip), strict=True))
-        lines.append(f"  without {row.label}: {shares}; {row.verdict}; time ×{row.time:.2f}")
+        lines.append(f"  without {row.label}: {shares}; {row.verdict}; with it ×{row.time:.2f} time")
     if auto.proof is None:
         lines.append(f"auto at {100.0 * auto.tolerance:g} %: every effect is kept")
     else:
         proof = auto.proof
         lines.append(
             f"auto at {100.0 * auto.tolerance:g} %: {len(auto.dropped)} of {len(auto.effects)} effects left out, "
-            f"{'proven' if proof.proven else 'not proven'}: {proof.why}; "
-            f"{with_unit(proof.seconds_chosen, 's')} instead of {with_unit(proof.seconds_full, 's')}"
+            f"{'proven' if proof.proven else 'not proven'}: {proof.why}; a run at steps of "
+            f"{with_unit(proof.steps, 's')} takes {with_unit(proof.seconds_chosen, 's')} instead of "
+            f"{with_unit(proof.seconds_full, 's')}"
         )
     good = [run for run in found.solvers.runs if run.error <= 0.01]
     if good:
