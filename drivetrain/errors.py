@@ -104,9 +104,9 @@ def raise_faults(faults: Iterable[Fault]) -> None:
         raise InputError(found)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Hint with the known names closest to ``name``, or with all known names if there are few."""
-    names = sorted(set(known))
+def nearest(wanted: object, known: Iterable[str]) -> str:
+    """Hint with the known names closest to a wanted one, or with all known names if there are few."""
+    names, name = sorted(set(known)), str(wanted)
     close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if not close and len(name) > 2:
         close = [one for one in names if one.startswith(name)][:3]
@@ -132,7 +132,11 @@ def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: 
     This is the name itself, or the only known name that begins with it, or the only one that contains it. Otherwise a
     fault is added.
     """
-    known, low = list(names), short.lower()
+    known = list(names)
+    if not isinstance(short, str):
+        faults.append(Fault(place, f"must be the name of a {what}, as a text", short, nearest(short, known)))
+        return short
+    low = short.lower()
     kinds = (
         [name for name in known if name == short],
         [name for name in known if name.lower().startswith(low)],

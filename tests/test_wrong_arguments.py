@@ -7,6 +7,7 @@ import pickle
 from enum import Enum
 from typing import Any
 
+import numpy as np
 import pytest
 
 import drivetrain as dt
@@ -101,3 +102,39 @@ def test_faults_of_the_program_stay_what_they_are(monkeypatch: pytest.MonkeyPatc
 def test_public_functions_are_found_by_other_processes() -> None:
     assert pickle.loads(pickle.dumps(dt.evaluate)) is dt.evaluate
     assert inspect.signature(dt.evaluate) == inspect.signature(dt.evaluate.__wrapped__)  # type: ignore[attr-defined]
+
+
+@pytest.fixture(scope="module")
+def swing() -> dt.Study:
+    t = np.linspace(0.0, 2.0, 41)
+    q = np.sin(np.pi * t / 2.0)[:, np.newaxis] ** 2 * [0.5, 0.3]
+    motor: dict[str, Any] = {"kind": "brushless", "current_basis": "dc", "winding_basis": "line_line"}
+    motor |= {"resistance": 0.5, "torque_constant": 0.05}
+    gear = {"kind": "planetary", "ratio": 50.0}
+    return dt.study("planar-2r-bare", (t, q), drive_mass="added", supply="48 V", motors={"M": motor}, gears={"G": gear})
+
+
+@pytest.mark.parametrize("pair", [3, float("nan"), object(), "M", ("M",), (3, "G"), (None, "G"), ("M", 3), ([], "G")])
+def test_a_drive_that_is_no_pair_of_keys_is_named(swing: dt.Study, pair: Any) -> None:
+    with pytest.raises(dt.InputError, match=r"drives.joint_1: must be a motor key and a gear key"):
+        dt.evaluate(swing, {"joint_1": pair, "joint_2": ("M", "G")})
+
+
+@pytest.mark.parametrize("name", [None, 1, float("nan"), object()])
+def test_a_joint_that_is_named_by_no_text_is_named(swing: dt.Study, name: Any) -> None:
+    with pytest.raises(dt.InputError, match="must be the name of a joint of the study, as a text"):
+        dt.evaluate(swing, {name: ("M", "G"), "joint_1": ("M", "G"), "joint_2": ("M", "G")})
+
+
+@pytest.mark.parametrize("free", [None, 3, "x", [20, 200], {}])
+def test_a_range_of_ratios_of_another_kind_is_named(swing: dt.Study, free: Any) -> None:
+    with pytest.raises(dt.InputError, match=r"free.joint_1: must be a FreeRatio"):
+        dt.free_ratios(swing, free={"joint_1": free}, drives={"joint_1": ("M", "G"), "joint_2": ("M", "G")})
+
+
+def test_criteria_and_motions_of_another_kind_are_named(swing: dt.Study) -> None:
+    with pytest.raises(dt.InputError, match="criteria: is none that sets can be compared by"):
+        dt.pareto_front(swing, (1, 2))  # type: ignore[arg-type]
+    for motions in (None, 3, "x", (1, 2)):
+        with pytest.raises(dt.InputError, match="motions: must be a mapping of motions by name"):
+            dt.study("planar-2r-bare", ([0.0, 1.0], [[0.0, 0.0], [1.0, 1.0]]), motions=motions, supply=48.0)

@@ -251,7 +251,8 @@ class RejectedPair:
 
     Attributes:
         joint, motor, gear: Name of the joint and catalogue keys.
-        check: The check with the highest utilisation among those it failed.
+        check: The check with the highest utilisation in the first group of checks that it fails: gear and bearing,
+            then speed, then motor torque, then heat with current and voltage.
         required, available: Required value and limit of that check [unit].
         unit: Unit of both.
         utilisation: Utilisation of that check, above 1.
@@ -350,7 +351,7 @@ class Selection:
 
     @property
     def rejected(self) -> pd.DataFrame:
-        """Every rejected candidate as a table, one a row, with the check that it exceeds most; in the row's unit."""
+        """Every rejected candidate as a table, one a row, with the check that rejects it (see ``RejectedPair``)."""
         import pandas as pd
 
         frame = getattr(self.rejected_pairs, "frame", None)  # there may be half a million, kept column by column

@@ -173,7 +173,9 @@ def add_motion(data: dict[str, Any], motion: Any) -> None:
     """Add the motions; a list of them becomes the cycle."""
     if motion is None:
         return
-    motions = data["motions"] = dict(data.get("motions", {}))
+    if not isinstance(data.setdefault("motions", {}), Mapping):
+        raise InputError(Fault("motions", "must be a mapping of motions by name", type(data["motions"]).__name__))
+    motions = data["motions"] = dict(data["motions"])
     if not isinstance(motion, list):
         motions[_free_name(motion, motions)] = _samples(motion, data, "motion")
         return

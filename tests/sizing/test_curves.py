@@ -19,6 +19,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.parts.selection import Wanted
+from drivetrain.study.parts.verdicts import Verdict
 
 
 def small_study(make, seed, objective="mass"):
@@ -69,6 +70,20 @@ def test_every_value_has_the_optimum_of_brute_force(make, seed, vary, span, obje
         own = evaluate(changed(study, change(value)), piece.drives) if piece.drives else None
         found = own.objective if own is not None and own.feasible else math.inf
         assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_piece_that_ends_by_missing_data_names_the_check_that_cannot_be_made(make):
+    """Without a winding limit, hot air leaves the temperature undecided before any limit is exceeded."""
+    study = small_study(make, 0)
+    motors = {key: replace(row, max_winding_temperature=None) for key, row in study.catalog.motors.items()}
+    study = replace(study, catalog=replace(study.catalog, motors=motors))
+    curve = optimum_curve(study, Vary.AMBIENT, (0.0, 110.0), points=5)
+    [piece] = [one for one in curve.pieces if one.drives and not curve.pieces[-1].drives][-1:]
+    assert piece.high_ends_by.endswith(("(not checked) at j1", "(not checked) at j2"))
+    beyond = evaluate(changed(study, TaskChange(ambient=piece.high + 0.01 - 25.0)), piece.drives)
+    assert beyond.verdict is Verdict.NOT_CHECKED
+    check, place = piece.high_ends_by.split(" (not checked) at ")
+    assert check in [one.name for one in beyond.joints[place].lacking]
 
 
 def test_a_breakpoint_parts_what_holds_from_what_does_not(make):

@@ -155,6 +155,9 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
         for beside, there in (("stages", task.staged), ("two motors", task.sharing)):
             if there and task.name in wanted:
                 faults.append(Fault(f"joints.{task.name}.free_ratio", f"is not computed with {beside}"))
+    for name, free in wanted.items():
+        if not isinstance(free, FreeRatio):
+            faults.append(Fault(f"free.{name}", "must be a FreeRatio", type(free).__name__))
     raise_faults(faults)
     pairs = _pairs(study, wanted, drives)
     filled_parts, motors, families = FilledParts(study), dict[int, str](), dict[int, GearFamily]()

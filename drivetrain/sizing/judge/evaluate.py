@@ -139,7 +139,7 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
         if given is None:
             problem = "has no drive" + (": which of its brakes is left open" if task.brakes else "")
             faults.append(Fault(f"drives.{task.name}", problem, None, GIVE))
-        elif isinstance(given, str) or len(given) != 2:
+        elif not _is_pair(given):
             faults.append(Fault(f"drives.{task.name}", "must be a motor key and a gear key", given))
         else:
             motor = f"{given[0]}+{task.brakes[0].key}" if len(task.brakes) == 1 else given[0]
@@ -149,6 +149,13 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
             found[task.name] = pair
     raise_faults(faults)
     return found
+
+
+def _is_pair(given: object) -> bool:
+    """Whether it is a motor key with the key of a gear, or None for a direct drive."""
+    if not isinstance(given, tuple | list) or len(given) != 2:
+        return False
+    return isinstance(given[0], str) and isinstance(given[1], str | None)
 
 
 def evaluate_joint(work: Workload, mounted: Mapping[int, Drive], joint: int, keys: Pair) -> JointResult:
