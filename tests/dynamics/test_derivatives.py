@@ -14,16 +14,20 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, with_coupling
 from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import RotorLevel
+from drivetrain.dynamics.core import derivatives as core
+from drivetrain.dynamics.core.packed import packed
 from drivetrain.dynamics.derivatives import (
     christoffel_symbols,
     forward_dynamics_derivatives,
     inverse_dynamics_derivatives,
 )
 from drivetrain.dynamics.forward import forward_dynamics
-from drivetrain.dynamics.inverse import inverse_dynamics
+from drivetrain.dynamics.inverse import drive_torques, inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
+from drivetrain.jit import kernel
 
+fill_alone = kernel(core.fill_alone)
 KINDS = ("none", "coaxial", "balanced", "unbalanced", "mixed")
 
 
@@ -73,6 +77,23 @@ def test_against_differences(kind: str, level: RotorLevel) -> None:
     assert error(found.qdd, mass_matrix(arm, q)) < 1e-14
     if kind != "coupled":
         np.testing.assert_array_equal(found.qdd, np.swapaxes(found.qdd, 1, 2))
+
+
+@pytest.mark.parametrize("kind", ["coaxial", "balanced", "unbalanced"])
+def test_rotors_torques_are_apart(kind: str) -> None:
+    """What acts on a rotor directly does not pass through its gear, whose torque another algorithm computes."""
+    arm = arm_of(kind)
+    model, samples = packed(arm), motion(38, arm.n, 1)
+    q, qd, qdd = (x[0] for x in samples)
+    through, motors = np.zeros((2, arm.n, arm.n), core.ENTRY_ALONE)
+    fill_alone(*model.arm, q, qd, qdd, np.zeros((0, 6)), through, motors)
+    whole = inverse_dynamics_derivatives(arm, q, qd, qdd)
+    by_q = differences(lambda x: drive_torques(arm, x, *samples[1:]).gear, samples[0])[0]
+    by_qd = differences(lambda x: drive_torques(arm, samples[0], x, samples[2]).gear, samples[1])[0]
+    assert error(through["by_q"][:, :, 0], by_q) < (1e-5 if kind == "unbalanced" else 1e-10)
+    assert error(through["by_qd"][:, :, 0], by_qd) < 1e-10
+    for name, wanted in (("by_q", whole.q), ("by_qd", whole.qd)):
+        assert error((through[name] + motors[name])[:, :, 0], wanted) < 1e-13
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "coupled"])

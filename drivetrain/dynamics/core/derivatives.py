@@ -81,7 +81,8 @@ def differentiate(
         angles(links, rotors, joints, n, size)
         for at in range(0, count, GROUP):
             first, some, entries = block + at, min(GROUP, count - at), np.zeros((n, n), ENTRY)
-            fill(links, rotors, joints, at, bodies, entries, tip, first, some, by_q, by_qd, by_qdd)
+            fill(links, rotors, joints, at, bodies, entries, entries, tip, first, some)
+            write(entries, first, some, by_q, by_qd, by_qdd)
     return bad
 
 
@@ -89,19 +90,29 @@ def differentiate(
 def derivatives_alone(arm: Any, q: Array, qd: Array, qdd: Array, tip: Array, result: Array) -> float:
     """As ``differentiate``, for one sample: ``arm`` as in ``torque_alone``, derivatives (3, 1, n, n)."""
     links, rotors, gravity = arm
+    entries = np.zeros((len(q), len(q)), ENTRY_ALONE)
+    size = fill_alone(links, rotors, gravity, q, qd, qdd, tip, entries, entries)
+    write(entries, np.int64(0), np.int64(1), result[0], result[1], result[2])
+    return 0.0 * size
+
+
+@exact
+def fill_alone(
+    links: Any, rotors: Any, gravity: Any, q: Array, qd: Array, qdd: Array, tip: Array, entries: Any, motors: Any
+) -> float:
+    """Add the derivatives of one sample to ``entries`` and ``motors`` as ``fill`` does; returns the sum of squares."""
     n, m, size = len(q), len(rotors), 0.0
     joints, bodies = np.empty(n + m, JOINT_ALONE), np.zeros(n + m + 1, BODY_ALONE)
     rest(bodies[n + m], gravity)
     for i in range(n):
         size += read_alone(joints[i], q[i], qd[i], qdd[i])
     angles(links, rotors, joints, n, size)
-    entries, first, one = np.zeros((n, n), ENTRY_ALONE), np.int64(0), np.int64(1)
-    fill(links, rotors, joints, first, bodies, entries, tip, first, one, result[0], result[1], result[2])
-    return 0.0 * size
+    fill(links, rotors, joints, np.int64(0), bodies, entries, motors, tip, np.int64(0), np.int64(1))
+    return size
 
 
 @fast
-def rest(base: Any, gravity: Array) -> None:
+def rest(base: Any, gravity: Any) -> None:
     """Set the base to rest, with gravity as its acceleration."""
     for k in range(len(base.q)):
         base.x[0, k] = base.y[1, k] = base.z[2, k] = 1.0
@@ -123,14 +134,15 @@ def angles(links: Any, rotors: Any, joints: Any, n: int, size: float) -> None:
 
 @fast
 def fill(
-    links: Any, rotors: Any, joints: Any, at: int, bodies: Any, entries: Any, tip: Array, first: int, some: int,
-    by_q: Array, by_qd: Array, by_qdd: Array,
+    links: Any, rotors: Any, joints: Any, at: int, bodies: Any, entries: Any, motors: Any, tip: Array,
+    first: int, some: int,
 ) -> None:  # fmt: skip
-    """The derivatives of a group of samples from ``first`` on, which start at ``at`` in the joints' rows.
+    """Add the derivatives of a group of samples from ``first`` on, which start at ``at`` in the joints' rows.
 
-    ``entries`` are zero at first.
+    Those of the torques that act on the motors' own rotors directly, not through their gears, are added to ``motors``,
+    all others to ``entries``; both may be the same array.
     """
-    n, m = by_q.shape[1], len(rotors)
+    n, m = len(entries), len(rotors)
     for i in range(n):
         take(joints[i], at, bodies[i])
         move(links[i], bodies[i - 1], bodies[i])  # index -1 of the first link is the last record, the base
@@ -149,7 +161,7 @@ def fill(
             hand_on(own, carrier)
     for i in range(n - 1, -1, -1):
         for k in range(some):
-            entries[i, i].by_qdd[k] += links[i].rotor_inertia
+            motors[i, i].by_qdd[k] += links[i].rotor_inertia
         respond(bodies[i])
         enter_row(bodies[i], bodies[i], entries[i, i])
         for j in range(i):
@@ -162,15 +174,21 @@ def fill(
                 # again.
                 spin_on_axis(links[i].spin, bodies[i - 1], bodies[i])
                 for j in range(i):
-                    enter_row(bodies[i], bodies[j], entries[i, j])
+                    enter_row(bodies[i], bodies[j], motors[i, j])
                     enter_column(bodies[i], bodies[j], entries[j, i])
     for r in range(m):
         joint, own = rotors[r].joint, bodies[n + r]
         if not rotors[r].balanced:
-            enter_row(own, own, entries[joint, joint])
+            enter_row(own, own, motors[joint, joint])
         for j in range(rotors[r].carrier + 1):
-            enter_row(own, bodies[j], entries[joint, j])
+            enter_row(own, bodies[j], motors[joint, j])
             enter_column(own, bodies[j], entries[j, joint])
+
+
+@fast
+def write(entries: Any, first: int, some: int, by_q: Array, by_qd: Array, by_qdd: Array) -> None:
+    """Write the derivatives of a group of samples from ``first`` on."""
+    n = len(entries)
     for i in range(n):
         for k in range(some):
             for j in range(n):

@@ -46,6 +46,12 @@ def sliding_bound(bounds: Any, direction: int) -> float:
 
 
 @part
+def slipping_loss(dry: Any) -> float:
+    """Torque lost in a slipping mesh over the torque that it transmits, negative if the load drives forward [-]."""
+    return dry.driving if dry.mode * dry.load_sign > 0 else -dry.driven
+
+
+@part
 def _breakaway_torque(dry: Any, transmitted: float, direction: int) -> float:
     """Friction of joint, motor and mesh that must be exceeded to break loose in a direction [N m]."""
     joint = static_bound(dry.joint, direction)
@@ -71,7 +77,7 @@ def _reduce_system(coordinates: Any, pairs: Any, h: float) -> int:
         dry, value, kappa = one.dry, one.impulse, 0.0
         if dry.active:
             mode = dry.mode
-            kappa = dry.driving if mode * dry.load_sign > 0 else -dry.driven
+            kappa = slipping_loss(dry)
             joint = mode * sliding_bound(dry.joint, mode)
             value -= h * (joint + mode * sliding_bound(dry.motor, mode) + kappa * (one.transmitted + joint))
         filled = 0

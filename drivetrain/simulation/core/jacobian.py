@@ -1,11 +1,13 @@
-"""The Jacobian of a scene by grouped finite differences: states with disjoint columns are perturbed together.
+"""The Jacobian of a scene: the arm's part analytic, that of the effects by grouped finite differences.
 
 Which rates depend on which states follows from the signals that the effects of a plan declare to read and write. All
 accelerations are coupled by the inertia, so hardly any two columns of an arm's Jacobian would be disjoint. The torques
-behind them are sparse: a current acts on its own motor, a wind-up on its own link and motor. So the sparsity pattern is
-that of the torques. The mass matrix times the differences of the accelerations gives those of the torques, which can be
-assigned to the states of a group; the factors of the mass matrix, from the evaluation at the unperturbed state, then
-give the accelerations. States that change the inertia itself are perturbed alone. Contact modes are fixed meanwhile.
+of the effects behind them are sparse: a current acts on its own motor, a wind-up on its own link and motor. So the
+sparsity pattern is that of these torques, and states with disjoint columns are perturbed together. The mass matrix
+times the differences of the accelerations gives those of the torques. Without those that the arm needs (by the
+analytic derivatives of the inverse dynamics) they can be assigned to the states of a group; the factors of the mass
+matrix, from the evaluation at the unperturbed state, then give the accelerations. Of an arm with closed loops every
+position and speed is perturbed alone. Contact modes are fixed meanwhile.
 
 Reference: Curtis, Powell, Reid, J. Inst. Maths Applics 13 (1974) 117, for the groups.
 """
@@ -20,12 +22,13 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.effects import signals as named
-from drivetrain.simulation.core import equations
+from drivetrain.simulation.core.arm_derivatives import fill_arm_derivatives
 from drivetrain.simulation.core.equations import rates_of
 from drivetrain.simulation.core.records import (
     AT,
     Run,
     coordinates_of,
+    engine_of,
     numbers_of,
     pairs_of,
     part,
@@ -41,17 +44,15 @@ POWER_INPUTS = {
     named.MOTOR_FRICTION_POWER.name: (named.MOTOR_SLIDE_FORWARD, named.MOTOR_SLIDE_BACKWARD),
     named.MESH_POWER.name: (named.GEAR_TORQUE, named.MESH_DRIVING, named.MESH_DRIVEN),
 }
-PROBES = 2  # random states at which the dependence of the inertia is tested
 
 
 def sparsity_pattern(plan: Plan) -> NDArray[np.bool_]:
     """The sparsity pattern of the Jacobian, (rates, states): True where a derivative may differ from zero.
 
-    Rows of accelerations hold the pattern of the torques behind them.
+    Rows of accelerations hold the pattern of the torques behind them, without those whose derivatives are analytic.
     """
     states, c = plan.memory.states, plan.body.c
     known = _motion(plan)
-    places, speeds = (1 << c) - 1, ((1 << 2 * c) - 1) ^ ((1 << c) - 1)
     rows = [0] * len(states)
     for _ in range(3):  # repeated, since an effect may contribute after another of its kind has read the sum
         for one in plan.instances:
@@ -73,20 +74,15 @@ def sparsity_pattern(plan: Plan) -> NDArray[np.bool_]:
             own |= known.get(f"{joint}.{signal.name}", 0)
         for k in coordinates:
             rows[c + k] |= own
-    tip = 0
+    every = 0 if plan.body.loops is None else (1 << 2 * c) - 1
     for name in TIP:
-        tip |= known.get(name, 0)
-    inertial = _inertial(plan, places | speeds)
+        every |= known.get(name, 0)
     for k in range(c):
         rows[k] = 1 << c + k
-        rows[c + k] |= tip | inertial
+        rows[c + k] |= every | 1 << k  # its own position always, so that each belongs to a group
     for i in plan.body.springs:
         rows[int(plan.body.motors[i])] |= 1 << c + int(plan.body.loads[i])
-    found = np.array([[row >> k & 1 for k in range(len(states))] for row in rows], dtype=bool)
-    if not inertial:
-        for coordinates in _coordinates(plan):
-            found[np.ix_([c + k for k in coordinates], coordinates)] = True  # weights of joints without an arm
-    return found
+    return np.array([[row >> k & 1 for k in range(len(states))] for row in rows], dtype=bool)
 
 
 def _coordinates(plan: Plan) -> list[list[int]]:
@@ -124,34 +120,6 @@ def _motion(plan: Plan) -> dict[str, int]:
             own = known[f"{joint}.{named.DEFLECTION.name}"] | known[f"{joint}.{named.DEFLECTION_SPEED.name}"]
             known[f"{joint}.{named.MESH_POWER.name}"] = own
     return known
-
-
-def _inertial(plan: Plan, moving: int) -> int:
-    """The states on which the mass matrix or the bias torques depend, as a bit mask; 0 without an arm.
-
-    Found numerically, by perturbing one state after another at random states.
-    """
-    memory, c = plan.memory, plan.body.c
-    if plan.body.arm is None:
-        return 0
-    numbers = memory.numbers.copy()
-    pairs, at = memory.view(numbers, "pairs"), memory.view(numbers, "coordinates")
-
-    def mechanics(state: Any) -> NDArray[np.float64]:
-        equations.evaluate_rates(numbers, state)
-        return np.append(pairs["mass"], at["bias"])
-
-    found, rng = 0, np.random.default_rng(1)
-    for _ in range(PROBES):
-        state = np.zeros(memory.moving)
-        state[: 2 * c] = rng.uniform(-1.0, 1.0, 2 * c)
-        first = mechanics(state)
-        for k in range(2 * c):
-            moved = state.copy()
-            moved[k] += rng.uniform(0.1, 1.0)
-            if not found >> k & 1 and not np.array_equal(first, mechanics(moved)):
-                found |= 1 << k
-    return found & moving
 
 
 RELATIVE_STEP = 1.4901161193847656e-08  # relative perturbation of a state: the square root of the machine precision
@@ -203,13 +171,16 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
     slid, groups, members = words_of(run, AT.slid), words_of(run, AT.groups), words_of(run, AT.members)
     row_starts, rows = words_of(run, AT.row_starts), words_of(run, AT.rows)
     m, c = len(sizes), world_of(run).coordinates
-    factors = rows_of(run, AT.factors, c, c)
+    factors, arm = rows_of(run, AT.factors, c, c), rows_of(run, AT.arm_torques, c, m)
     for k in range(m * m):
         columns[k] = 0.0
     for k in range(m):
         moved[k] = x[k]
     rates_of(run, t, moved, found)
     count = _save_factors(run, factors, slid)
+    if engine_of(run).arm and not engine_of(run).looped:
+        arm[:, :] = 0.0
+        fill_arm_derivatives(run, arm)
     for group in range(len(groups) - 1):
         first, last = groups[group], groups[group + 1]
         for e in range(first, last):
@@ -229,9 +200,13 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
         _to_torques(factors, count, torques)
         for e in range(first, last):
             j = members[e]
+            for a in range(count):
+                torques[a] += arm[slid[a], j] * (moved[j] - x[j])
+        for e in range(first, last):
+            j = members[e]
             inverse = 1.0 / (moved[j] - x[j])
             for a in range(count):
-                own[a] = 0.0
+                own[a] = -arm[slid[a], j]
             for r in range(row_starts[j], row_starts[j + 1]):
                 i = rows[r]
                 if i < c or i >= 2 * c:
@@ -239,7 +214,7 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
                     continue
                 for a in range(count):
                     if slid[a] == i - c:
-                        own[a] = torques[a] * inverse
+                        own[a] += torques[a] * inverse
             _to_accelerations(factors, count, own)
             for a in range(count):
                 columns[j * m + c + slid[a]] = own[a]
@@ -258,8 +233,8 @@ def memory_sections(sizes: Array, c: int, sparsity: Any) -> Mapping[str, Any]:
     groups, members, row_starts, rows = column_groups(sparsity, m)
     return {
         "sizes": sizes, "found": np.zeros(m), "later": np.zeros(m), "moved": np.zeros(m), "factors": np.zeros(c * c),
-        "slid": np.zeros(c, dtype=np.int64), "torques": np.zeros(c), "own": np.zeros(c), "groups": groups,
-        "members": members, "row_starts": row_starts, "rows": rows,
+        "slid": np.zeros(c, dtype=np.int64), "torques": np.zeros(c), "own": np.zeros(c),
+        "arm_torques": np.zeros(c * m), "groups": groups, "members": members, "row_starts": row_starts, "rows": rows,
     }  # fmt: skip
 
 

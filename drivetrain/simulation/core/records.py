@@ -76,7 +76,7 @@ class Coordinate:
     weight: float
     phase: float
     rotor: float
-    # where motors are coupled or loops closed: row of the body that the motor turns (-1: none), and the inertia of
+    # row of the body that the motor turns (-1: none), and, where motors are coupled or loops closed, the inertia of
     # reflected rotors at the shaft [kg m^2 or kg]
     rotor_row: int
     shaft_inertia: float
@@ -209,8 +209,8 @@ SECTIONS = (
     # calls of laws, states, and recorded numbers
     "computes", "iterated", "accounts", "accepts", "samples", "guards", "states", "powers", "energies", "columns",
     # of the adaptive engine: its log of mode changes, and the memory of its Jacobian
-    "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "groups", "members", "row_starts",
-    "rows",
+    "log", "sizes", "found", "later", "moved", "factors", "slid", "torques", "own", "arm_torques", "groups", "members",
+    "row_starts", "rows",
 )  # fmt: skip
 AT: Any = namedtuple("AT", SECTIONS)(*range(len(SECTIONS)))  # type: ignore[misc]  # index of each section
 

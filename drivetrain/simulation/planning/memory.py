@@ -175,10 +175,10 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
         coordinates[name] = row
     coordinates["dry"]["load_sign"] = 1
-    spread = np.zeros((0, c)) if coupled is None else coupled.spread
+    spread, coordinates["rotor_row"] = np.eye(c) if coupled is None else coupled.spread, np.arange(c)
     if loops is not None:
         spread, coordinates["rotor_row"] = loops.spread, loops.rotor_row
-    size = len(spread) or c
+    size = len(spread)
     if coupled is not None:
         coordinates["coupled"][list(coupled.shafts)] = 1
         coordinates["rotor_row"], coordinates["shaft_inertia"] = coupled.rotor_row, coupled.shaft_inertia
