@@ -116,6 +116,8 @@ def run_scene(
     ``basis``: what the decision quantities are computed from; None: the scene itself.
     """
     refuse_resumed(verify, resume)
+    if not (progress is None or callable(progress)):
+        raise InputError(Fault("progress", "must be a function of the finished share", progress))
     recording = run.simulate(
         scene, solver=engine, duration=duration, interval=interval, resume=resume, start=start, checked=not verify,
         progress=_scaled(progress, 0.0, FIRST_SHARE if verify else 1.0),

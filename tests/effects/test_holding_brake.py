@@ -45,6 +45,16 @@ def test_released_the_load_falls_and_engaged_again_it_stops() -> None:
     assert (late == late[0]).all()
 
 
+def test_the_last_command_counts_while_an_earlier_one_is_still_delayed() -> None:
+    """Released before it has closed it never closes; engaged before it has opened it never opens."""
+    open_still = loaded(0.0, HoldingBrake(5.0, engages=(0.1,), releases=(0.12,), closing=0.05, opening=0.01), speed=1.0)
+    assert open_still["joint.speed"][-1] == pytest.approx(1.0, rel=1e-12)
+    again = HoldingBrake(5.0, releases=(0.1,), engages=(0.12,), closing=0.01, opening=0.05, engaged=True)
+    assert (loaded(6.0, again)["joint.speed"] == 0.0).all()
+    twice = loaded(0.0, HoldingBrake(50.0, engages=(0.1, 0.14), closing=0.05), speed=1.0)
+    assert twice["joint.speed"][149] > 0.9 and twice["joint.speed"][170] == 0.0
+
+
 def test_faults_come_together() -> None:
     with pytest.raises(InputError) as error:
         HoldingBrake(0.0, -1.0, engages=(-1.0,), closing=-1.0, opening=float("nan"))

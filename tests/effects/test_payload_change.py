@@ -1,5 +1,7 @@
 """A payload that comes and goes is the arm with it and the arm without it, each in its time."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -58,6 +60,18 @@ def test_wrong_schedules_are_refused() -> None:
         PayloadChange([0.4, 0.2], (BOX, EMPTY))
     with pytest.raises(InputError, match="mass"):
         PayloadChange([0.4], (Body(-1.0, np.zeros(3), np.zeros((3, 3))),))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "what"),
+    [({"mass": "1 kg"}, "mass"), ({"com": [0.0, 0.0]}, "com"), ({"com": [np.nan, 0.0, 0.0]}, "com"),
+     ({"inertia": 0.1}, "inertia"), ({"inertia": -np.eye(3)}, "no negative moment"),
+     ({"inertia": np.diag([1.0, 2.0, 3.0]) + np.eye(3, k=1)}, "symmetric"),
+     ({"inertia": np.ones((3, 3)) - 0.5 * np.eye(3)}, "no negative moment")],
+)  # fmt: skip
+def test_what_is_no_body_is_refused(wrong: dict[str, Any], what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        Body(**{"mass": 1.0, "com": np.zeros(3), "inertia": np.eye(3)} | wrong)
 
 
 @pytest.mark.parametrize("solver", [FixedStep(1e-4), dt.AdaptiveStep(dt.Rodas5P(1e-7))])

@@ -144,6 +144,28 @@ def test_what_is_needed_must_be_given() -> None:
         plan(joint_scene(1.0, [Copy("deflection", "seen")], 1.0))
 
 
+def test_what_acts_on_nothing_is_refused() -> None:
+    """A current without a motor, a wall at the tip of no arm."""
+    with pytest.raises(InputError, match=r"GivenCurrent of joint: has no effect.* joint.current_command"):
+        dt.plan(dt.joint_scene(1.0, [dt.GivenCurrent([0.0], [1.0])], 1.0))
+    with pytest.raises(InputError, match="acts on the tip of an arm, and the scene has none"):
+        dt.plan(dt.joint_scene(1.0, [dt.TipContact((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1e3)], 1.0))
+
+
+def test_names_that_are_no_text_and_a_motion_of_lists() -> None:
+    with pytest.raises(InputError, match="no joint of that name"):
+        dt.Scene(dt.Inertia(1.0), {0: ()}, 1.0)
+    turning = dt.joint_scene(1.0, [], 0.1)
+    with pytest.raises(InputError, match="the scene has no state 3"):
+        dt.simulate(turning, start={3: 1.0})
+    with pytest.raises(InputError, match="progress"):
+        dt.simulate(turning, progress=3)
+    motion = dt.Motion("still", ("joint",), [0.0, 1.0], [[0.2], [0.2]], [[0.0]] * 2, [[0.0]] * 2)
+    with pytest.raises(InputError, match="repetitions"):
+        dt.CommandedMotion(motion, 10**9)
+    assert dt.simulate(dt.joint_scene(1.0, [dt.CommandedMotion(motion)], 0.1))["joint.position"][-1] == 0.2
+
+
 def test_nobody_sets_a_signal_twice() -> None:
     with pytest.raises(InputError, match=r"sets joint.out, which Copy of joint sets already"):
         plan(joint_scene(1.0, [Copy("speed", "out"), Copy("position", "out")], 1.0))

@@ -82,6 +82,18 @@ def test_a_joint_without_a_given_position_starts_where_its_loop_holds_it() -> No
     np.testing.assert_allclose(run["joint.position"], link, atol=1e-7)
 
 
+@pytest.mark.parametrize("wall", [0.0, 30.0, 300.0])
+def test_a_soft_loop_finds_where_it_holds_its_load(wall: float) -> None:
+    """A loop of 20 N m/rad under loads that fall or rise with the angle, by up to 15 times as much."""
+    stay = dt.CommandedMotion(dt.Motion("stay", ("joint",), TIME, np.full((2, 1), 2.0), np.zeros((2, 1)), [[0.0]] * 2))
+    own = (dt.PositionLoop(20.0, 5.0, 0.0302), dt.MotorCurrent(MOTOR), dt.FullRotor(3e-5, 100.0))
+    own += (dt.WallSpring(wall, rest=1.0),) if wall else ()
+    found = dt.simulate(dt.Scene(dt.Inertia(1.2, weight=WEIGHT), {"joint": own, "scene": (stay,)}, DURATION))
+    link = found["joint.position"]
+    assert 20.0 * (2.0 - link[0]) - WEIGHT * np.cos(link[0]) - wall * (link[0] - 1.0) == pytest.approx(0.0, abs=1e-9)
+    assert np.ptp(link) < 1e-9 and not found.events
+
+
 def test_joints_of_an_arm_hold_one_another() -> None:
     arm = dt.load_arm("planar-2r")
     names, place = arm.joint_names, np.array([[0.3, -0.5]] * 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from drivetrain.jit import law
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
+MOST_REPETITIONS = 1_000_000  # each adds instants at which steps end
 JERK_TOLERANCE = 1e-6  # jump of the jerk, over the largest jerk, that may come from rounding of the samples
 
 
@@ -93,10 +94,15 @@ class CommandedMotion(Effect):
         time = checked_array(self.motion.time, (None,), "motion.time")
         if len(time) < 2 or (np.diff(time) < 0.0).any() or not time[-1] > time[0]:
             raise InputError(Fault("motion.time", "must be two or more instants that never decrease [s]"))
-        for name in ("position", "velocity", "acceleration"):
-            checked_array(getattr(self.motion, name), (len(time), len(self.motion.joint_names)), f"motion.{name}")
-        if self.repetitions < 1:
-            raise InputError(Fault("repetitions", "must be at least 1", self.repetitions))
+        shape = (len(time), len(self.motion.joint_names))
+        position, velocity, acceleration = (
+            checked_array(getattr(self.motion, name), shape, f"motion.{name}")
+            for name in ("position", "velocity", "acceleration")
+        )
+        checked = replace(self.motion, time=time, position=position, velocity=velocity, acceleration=acceleration)
+        object.__setattr__(self, "motion", checked)
+        if not 1 <= self.repetitions <= MOST_REPETITIONS:
+            raise InputError(Fault("repetitions", f"must be from 1 to {MOST_REPETITIONS}", self.repetitions))
 
     def ports(self, place: Place) -> Ports:
         """Provides position, speed and acceleration of every joint, and of shafts where motors are coupled."""

@@ -79,7 +79,14 @@ class HoldingBrake(Effect):
         return [t for t, _ in self._changes() if t > 0.0]
 
     def _changes(self) -> list[tuple[float, float]]:
-        """Times of all changes [s], each with 1 if it is engaged from then on, else 0; the start first."""
-        closes = [(t + self.closing, 1.0) for t in self.engages]
-        opens = [(t + self.opening, 0.0) for t in self.releases]
-        return [(0.0, float(self.engaged)), *sorted(closes + opens)]
+        """Times of all changes [s], each with 1 if it is engaged from then on, else 0; the start first.
+
+        A command revokes an opposite one before it whose delay is not over. Of two at one instant, engaging counts.
+        """
+        closes = [(t, 1.0, self.closing) for t in self.engages]
+        opens = [(t, 0.0, self.opening) for t in self.releases]
+        changes = [(0.0, float(self.engaged))]
+        for t, closed, delay in sorted(closes + opens):
+            changes = [one for one in changes if one[0] <= t or one[1] == closed]
+            changes = sorted([*changes, (t + delay, closed)], key=lambda one: one[0])
+        return changes

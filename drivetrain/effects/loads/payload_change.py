@@ -11,10 +11,13 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.errors import Fault, raise_faults
+from drivetrain.spatial.inertia import RigidBody
+
+ROUNDING = 1e-9  # negative principal moment, over the largest, that may come from rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(RigidBody):
     """A body fixed to the tip.
 
     Attributes:
@@ -23,9 +26,13 @@ class Body:
         inertia: Inertia about the centre of mass, in the tip frame [kg m^2], (3, 3).
     """
 
-    mass: float
-    com: Array
-    inertia: Array
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        faults = [Fault("Body.mass", "must not be negative [kg]", self.mass)] if self.mass < 0.0 else []
+        moments = np.linalg.eigvalsh(self.inertia)
+        if moments[0] < -ROUNDING * moments[-1] or moments[-1] < 0.0:
+            faults.append(Fault("Body.inertia", "must have no negative moment [kg m^2]", self.inertia.tolist()))
+        raise_faults(faults)
 
 
 EMPTY = Body(0.0, np.zeros(3), np.zeros((3, 3)))
@@ -53,9 +60,6 @@ class PayloadChange(Effect):
         faults = []
         if len(time) != len(self.bodies) or (np.diff(time) <= 0.0).any():
             faults.append(Fault("time", "must be instants that rise, one a body [s]", time[:5].tolist()))
-        for k, body in enumerate(self.bodies):
-            if not 0.0 <= body.mass < np.inf:
-                faults.append(Fault(f"bodies[{k}].mass", "must not be negative [kg]", body.mass))
         raise_faults(faults)
         object.__setattr__(self, "time", time)
 
@@ -69,8 +73,8 @@ class PayloadChange(Effect):
         """Times of the changes [s], (K,), and the bodies as matrices of mass moments in the tip frame, (K, 4, 4)."""
         moments = np.zeros((len(self.bodies), 4, 4))
         for moment, body in zip(moments, self.bodies, strict=True):
-            com, inertia = np.asarray(body.com), np.asarray(body.inertia)
-            moment[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia + body.mass * np.outer(com, com)
-            moment[:3, 3] = moment[3, :3] = body.mass * com
+            spread = 0.5 * np.trace(body.inertia) * np.eye(3) - body.inertia
+            moment[:3, :3] = spread + body.mass * np.outer(body.com, body.com)
+            moment[:3, 3] = moment[3, :3] = body.mass * body.com
             moment[3, 3] = body.mass
         return np.asarray(self.time), moments

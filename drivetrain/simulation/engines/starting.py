@@ -20,7 +20,10 @@ from drivetrain.simulation.core import equations
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
-PASSES = 6  # iterations of the equilibrium, at most, since initial states may depend on one another
+PASSES = 60  # iterations of the equilibrium, at most, since initial states may depend on one another
+CONVERGED = 1e-12  # change of all initial states in a pass, absolute and relative, at which the iteration ends
+# Change of a joint's lag per change of the lag that it was found at, at most: at 1 there is no stable equilibrium.
+STEEPEST = 0.95
 NEGLIGIBLE = 1e-4  # relative difference of currents that is not reported
 REST_ACCELERATION = 1e-6  # acceleration below which a joint counts as held by friction [rad/s^2 or m/s^2]
 
@@ -28,7 +31,8 @@ REST_ACCELERATION = 1e-6  # acceleration below which a joint counts as held by f
 def initial_memory(plan: Plan, given: Mapping[str, float] | None = None) -> Array:
     """The memory of a run at its start: all states in equilibrium, except those that are given by name.
 
-    Equilibrium is found by fixed-point iteration over the springs, the holding currents and the states of the effects.
+    Equilibrium is found by fixed-point iteration over the springs, the holding currents and the states of the effects;
+    the lag of the joints, on which their load depends, by the secant method.
     """
     memory = plan.memory
     numbers = memory.numbers.copy()
@@ -50,6 +54,7 @@ def initial_memory(plan: Plan, given: Mapping[str, float] | None = None) -> Arra
         at["speed"][plan.body.motors[i]] = speed[i]
     with_states = [(one, [memory.states[name] for name in one.states]) for one in plan.instances if one.states]
     wind_up_of = {i: shape.deflection for i, shape in plan.body.springs.items() if shape.deflection is not None}
+    lag = tried = needed = np.zeros(plan.body.n)  # of the joints behind their command [rad or m]
     for _ in range(PASSES if with_states or wind_up_of or held else 0):
         before = np.append(numbers[states["value"]], at["position"])
         equations.evaluate_signals(numbers)
@@ -60,8 +65,10 @@ def initial_memory(plan: Plan, given: Mapping[str, float] | None = None) -> Arra
         for one, places in with_states:
             numbers[states["value"][places]] = one.effect.start(one.place, known)
         if plan.scene.position is None:
-            _put_motion(plan, at, position - _command_lag(plan, known, at), speed)
-        if np.array_equal(np.append(numbers[states["value"]], at["position"]), before):
+            holds = _command_lag(plan, known, at)
+            lag, tried, needed = _next_lag(tried, needed, lag, holds), lag, holds
+            _put_motion(plan, at, position - lag, speed)
+        if np.allclose(np.append(numbers[states["value"]], at["position"]), before, CONVERGED, CONVERGED):
             break
     _put_given(plan, numbers, given or {})
     # Contact modes found before the iteration has converged are discarded: at speed zero all coordinates start stuck.
@@ -186,6 +193,16 @@ def _command_lag(plan: Plan, known: Mapping[str, float], at: Any) -> Array:
         if sag is not None and one.place.joint >= 0 and not one.place.coupled:
             lag[one.place.joint] += sag(one.place, known) / one.place.ratio
     return lag
+
+
+def _next_lag(tried: Array, needed: Array, lag: Array, holds: Array) -> Array:
+    """The next lag to try, by the secant method for each joint alone [rad or m], (n,).
+
+    ``tried`` and ``lag`` are the last two that were tried; ``needed`` and ``holds`` those that hold the load there.
+    """
+    moved = lag - tried
+    slope = np.divide(holds - needed, moved, out=np.zeros(len(lag)), where=moved != 0.0)
+    return np.asarray(lag + (holds - lag) / (1.0 - np.minimum(slope, STEEPEST)))
 
 
 def start_description(plan: Plan, row: Mapping[str, float], given: Mapping[str, float]) -> str:

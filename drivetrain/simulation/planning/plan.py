@@ -22,6 +22,7 @@ from drivetrain.effects.signals import (
     PAYLOAD_ENERGY,
     POTENTIAL_ENERGY,
     SURFACE_SPEED,
+    TIP_TAKEN,
 )
 from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.simulation.core import equations
@@ -186,6 +187,7 @@ def plan(scene: Scene) -> Plan:
     places = {WHOLE: whole} | {name: replace(whole, joint=i, name=name) for i, name in enumerate(scene.joints)}
     found = [instance(effect, places[name]) for name, effects in scene.effects.items() for effect in effects]
     instances = in_fixed_order(found)
+    _check_tip(instances, scene)
     _check_shafts(instances)
     _check_meshes_alone(instances)
     _check_belts(instances, body)
@@ -269,6 +271,16 @@ def _check_periods(instances: Sequence[Instance], scene: Scene) -> None:
         Fault(f"{one.title}", f"samples more than {MOST_SAMPLES:g} times in {scene.duration:g} s", one.effect.period)
         for one in instances
         if one.effect.period is not None and scene.duration > MOST_SAMPLES * one.effect.period
+    )
+
+
+def _check_tip(instances: Sequence[Instance], scene: Scene) -> None:
+    """Raise InputError for forces on the tip of a scene without an arm."""
+    tip = {signal.name for signal in TIP_TAKEN}
+    raise_faults(
+        Fault(one.title, "acts on the tip of an arm, and the scene has none", None, "WallSpring acts on a joint")
+        for one in instances
+        if tip & set(one.contributes) and not isinstance(scene.body, Arm)
     )
 
 

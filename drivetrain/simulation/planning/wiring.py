@@ -52,6 +52,8 @@ class Directory:
 
 
 MECHANICS = "motion and forces"  # name of the mechanics as the provider of a signal
+# Local names of the signals that the mechanics reads.
+MECHANICAL = {signal.name.rpartition(".")[2] for signal in (*named.TAKEN, *named.SHAFT_TAKEN, *named.TIP_TAKEN)}
 
 
 def full_name(name: str, place: Place) -> str:
@@ -147,8 +149,23 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
                 problem = f"needs {name} with another default than others: give it by an effect"
                 faults.append(Fault(one.title, problem, signal.default))
             known.units.setdefault(name, signal.unit)
-    raise_faults(faults)
+    raise_faults([*faults, *_unread_faults(instances, known)])
     return known
+
+
+def _unread_faults(instances: Sequence[Instance], known: Directory) -> list[Fault]:
+    """Faults of effects whose contributions nothing reads, such as the loop of a joint without a motor.
+
+    An effect that has a share in the mechanics does something without them.
+    """
+    read = {name for one in instances for name in one.needs}
+    read |= {name for name in known.contributors if name.rpartition(".")[2] in MECHANICAL}
+    hint = "add the effect that reads it, such as MotorCurrent for a current command; or leave this one out"
+    return [
+        Fault(one.title, f"has no effect, since nothing reads {one.contributes[0]}", None, hint)
+        for one in instances
+        if one.contributes and not read & set(one.contributes) and type(one.effect).shape is Effect.shape
+    ]
 
 
 def _add_signals(one: Instance, known: Directory, faults: list[Fault]) -> None:
