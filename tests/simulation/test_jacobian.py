@@ -49,10 +49,13 @@ from drivetrain.simulation.core import equations, jacobian
 from drivetrain.simulation.core.jacobian import sparsity_pattern
 from drivetrain.simulation.core.records import AT, parts_of
 from drivetrain.simulation.engines import adaptive_step
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan, plan
+from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
 from drivetrain.solvers.compiled_function import evaluate
+from drivetrain.solvers.solver import Rodas4
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MOTOR = Motor("m", 0.299, 0.0302, inductance=82e-6)
@@ -251,3 +254,52 @@ def test_arm_is_not_perturbed(seed: int, kind: str) -> None:
 
 def test_arm_of_an_example_is_not_perturbed() -> None:
     assert differences_off(puma_scene(), np.random.default_rng(0), 1e-6) == 2
+
+
+def whole_arm(duration: float = 0.5) -> Scene:
+    """A UR5 with springs, lossy meshes, current loops and heat in all joints, moved and held."""
+    names = dt.load_arm("ur5").joint_names
+    u = np.linspace(0.0, 1.0, 101)[:, None]
+    far = np.array([0.4, -0.3, 0.5, 0.2, -0.3, 0.4])
+    place = np.array([0.2, -1.2, 1.0, 0.3, 0.5, 0.1]) + far * u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
+    speed = far * 30.0 * u**2 * (1.0 - u) ** 2 / (0.8 * duration)
+    turn = far * 60.0 * u * (1.0 - 3.0 * u + 2.0 * u**2) / (0.8 * duration) ** 2
+    motion = Motion("m", names, 0.8 * duration * u[:, 0], place, speed, turn)
+    motor = Motor("m", 0.3, 0.09, inductance=3e-4)
+    loops = [(3000.0, 90.0), (6000.0, 180.0), (3000.0, 90.0), (600.0, 15.0), (600.0, 15.0), (300.0, 8.0)]
+    effects: dict[str, tuple[Effect, ...]] = {
+        name: (
+            FullRotor(5e-5, 100.0), FlexibleJoint(GEAR, 4.0), MeshLoss(GEAR), CurrentLoop(motor, 3000.0, 40.0),
+            PositionLoop(stiffness, damping, 0.09), WindingHeat(NETWORK, gear_heat=1.0),
+        )
+        for name, (stiffness, damping) in zip(names, loops, strict=True)
+    }  # fmt: skip
+    effects[WHOLE] = (StiffSupply(48.0), CommandedMotion(motion))
+    return Scene(dt.load_arm("ur5"), effects, duration, place[0], np.zeros(6))
+
+
+def test_differences_are_counted() -> None:
+    scene = whole_arm(0.05)
+    done = plan(scene)
+    run = simulate(scene, solver=AdaptiveStep(Rodas4(1e-5)))
+    counts = run.counters
+    m = done.memory.moving
+    assert (len(done.memory.states), m) == (66, 48)
+    groups = len(jacobian.column_groups(sparsity_pattern(done)[:m, :m], m)[0]) - 1
+    assert groups == 8  # states of a joint; those of all joints go together
+    stages = 5 * counts["factorisations"]
+    fresh = counts["rates"] - stages - (groups + 2) * counts["jacobians"]
+    assert counts["jacobians"] <= fresh <= counts["jacobians"] + counts["rejected"] + 300  # one a step, and to look
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-3, 1e-4, 1e-5])
+def test_a_whole_arm_comes_to_its_end_at_every_tolerance(rtol: float) -> None:
+    """At rest, where meshes stick and motors are about to turn, steps that are long see no way out; shorter ones do."""
+    scene = whole_arm()
+    run = simulate(scene, solver=AdaptiveStep(Rodas4(rtol)), interval=0.01)
+    assert run.stopped_by is None
+    assert run.counters["steps"] < 1500 and run.counters["rejected"] < 1500
+    best = simulate(scene, solver=AdaptiveStep(Rodas4(1e-7)), interval=0.01)
+    for name in scene.joints:
+        off = np.abs(run[f"{name}.current"] - best[f"{name}.current"]).max()
+        assert off < 30.0 * rtol * np.abs(best[f"{name}.current"]).max()
