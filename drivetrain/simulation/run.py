@@ -110,7 +110,8 @@ def _recording(
     energies = {"stored_energy": Series("J", stored), "energy_error": Series("J", left - balance)}
     series = TableSeries(rows, plan.layout.recorded, energies)
     events = [*outcome.events, *_position_limit_events(plan, rows), *warnings(plan, engine, rows)]
-    events += energy_event(rows[:, 0], left - balance, passed, largest, engine.tolerance)
+    # What this run itself exchanged and lost: an earlier one has warned of its own error.
+    events += energy_event(rows[:, 0], left - left[0], passed, largest, engine.tolerance)
     if not resumed:
         first = {name: float(rows[0, column]) for name, (column, _) in plan.layout.recorded.items()}
         about["start"] = start_description(plan, first, given)

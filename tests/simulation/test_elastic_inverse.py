@@ -1,6 +1,7 @@
 """The inverse engine with springs: closed form, and a forward run of its own currents."""
 
 import numpy as np
+import pytest
 
 import drivetrain as dt
 
@@ -65,3 +66,11 @@ def test_a_jerk_that_jumps_is_said() -> None:
     assert event.name == "rigid" and "jerk" in event.detail
     torque = INERTIA * qdd + WEIGHT * np.cos(q)
     np.testing.assert_allclose(run["joint.current"], ((torque / RATIO + ROTOR * RATIO * qdd) / KT)[::10], rtol=1e-6)
+
+
+def test_where_it_begins_is_commanded() -> None:
+    moves = scene(moved(*smooth_move(TIME)[:3]))
+    with pytest.raises(dt.InputError, match="start: does not go with Inverse"):
+        dt.simulate(moves, solver=dt.Inverse(), start={"joint.speed": 0.1})
+    with pytest.raises(dt.InputError, match="resume: does not go with Inverse"):
+        dt.simulate(moves, solver=dt.Inverse(), resume=dt.simulate(moves, duration=0.1))

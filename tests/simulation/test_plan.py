@@ -261,6 +261,15 @@ def test_stopped_and_resumed_it_is_the_same_to_the_bit() -> None:
     assert rest.counters["steps"] == whole.counters["steps"]
 
 
+def test_a_resumed_run_answers_for_its_own_energy_only() -> None:
+    """The error of the first second, small beside its energies, is not held against a millisecond or nothing."""
+    scene = joint_scene(Inertia(1.2, weight=10.0), [], 1.0, position=0.5)
+    first = simulate(scene, solver=FixedStep(5e-3))
+    assert abs(first["energy_error"][-1]) > 0.0 and not first.events
+    assert not simulate(scene, solver=FixedStep(5e-3), resume=first).events
+    assert not simulate(scene, solver=FixedStep(5e-3), resume=first, duration=1.001).events
+
+
 @pytest.mark.parametrize("half", [1.0, 0.75])
 def test_a_run_in_two_parts_is_that_in_one_sample_by_sample(half: float) -> None:
     scene = joint_scene(Inertia(1.2, weight=10.0), drive(), 2.0)
