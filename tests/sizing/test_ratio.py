@@ -98,9 +98,9 @@ def test_window_ends_from_both_sides(make, build) -> None:
 
 
 def test_ends_by_hand(make) -> None:
-    # Cold magnets that do not weaken and no thermal limit: the lower end is the rated torque, the upper one the speed.
+    # Cold magnets that do not weaken, a distant thermal limit: the lower end is the rated torque, the upper the speed.
     motor = replace(
-        make.motor, magnet_coefficient=0.0, max_winding_temperature=None, peak_current=None, max_speed=150.0,
+        make.motor, magnet_coefficient=0.0, max_winding_temperature=900.0, peak_current=None, max_speed=150.0,
         resistance=0.01, inductance=None,
     )  # fmt: skip
     study = one_axis(make, catalog=Catalog({"m1": motor}, {"g1": replace(make.gear, max_input_speed=1e4)}))
@@ -271,3 +271,20 @@ def test_bad_input(make) -> None:
     bare = replace(study, joints=(study.joints[0], replace(study.joints[1], drive=None)))
     with pytest.raises(InputError, match="has no drive"):
         ratio_study(bare, JOINT)
+
+
+@pytest.mark.parametrize("unknown", ["max_speed", "max_winding_temperature"])
+def test_a_window_ends_where_missing_data_leave_a_check_undecided(make, unknown) -> None:
+    catalog = Catalog({"m1": replace(make.motor, **{unknown: None})}, {"g1": replace(make.gear, max_input_speed=1e4)})
+    study = arm_study(make, catalog=catalog)
+    found = ratio_study(study, JOINT)
+    assert found.feasible
+    (window,) = found.windows
+    for inside, outside, binding in (
+        (1.0001 * window.low, 0.9999 * window.low, window.low_binding),
+        (0.9999 * window.high, 1.0001 * window.high, window.high_binding),
+    ):
+        assert not evaluated(study, JOINT, inside).lacking
+        beyond = evaluated(study, JOINT, outside)
+        undecided = {check.name for check in beyond.checks if check.essential and check.verdict is Verdict.NOT_CHECKED}
+        assert binding in undecided or beyond.verdict is Verdict.FAIL

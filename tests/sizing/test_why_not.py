@@ -96,6 +96,24 @@ def test_a_smallest_change_passes_and_a_little_less_does_not(arm_study):
     assert mended >= 2
 
 
+def test_a_smallest_change_leaves_no_check_undecided(arm_study):
+    """With a larger ratio the peak current suffices before the continuous one, which is not known, surely does."""
+    catalog = arm_study.catalog
+    motors = {**catalog.motors, "weak": replace(catalog.motors["weak"], nominal_current=None)}
+    study = replace(arm_study, catalog=replace(catalog, motors=motors))
+    found = why_not(study, "j1", "weak", "g50", cost=False)
+    (answer,) = found.answers
+    assert answer.standing is Standing.REJECTED
+    change = next(one for one in answer.changes if one.what == "gear ratio")
+    gears = {name: replace(scaled_gear(catalog.gears["g50"], ratio), key=name)
+             for name, ratio in (("after", change.after), ("short", change.short))}  # fmt: skip
+    study = replace(study, catalog=replace(study.catalog, gears={**catalog.gears, **gears}))
+    drives = found.selection.evaluation.drives
+    after, short = (evaluate(study, {**drives, "j1": ("weak", name)}).joints["j1"] for name in gears)
+    assert after.verdict in (Verdict.PASS, Verdict.MARGINAL)
+    assert change.check == f"{short.lacking[0].name} (not checked)"
+
+
 def test_what_voltage_cannot_mend_is_told(arm_study):
     (answer,) = why_not(arm_study, "j1", "weak", "g50", cost=False).answers
     voltage = next(change for change in answer.changes if change.what == "supply voltage")

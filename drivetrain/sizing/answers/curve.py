@@ -23,7 +23,7 @@ from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
 from drivetrain.sizing.judge.vary import Number, Setup, Vary, edge, named_drives, task_number, worst_of_set
-from drivetrain.sizing.results import Evaluation, placed_checks
+from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.constraints.chance import CONFIDENCE, chance_of, has_tolerances
 from drivetrain.sizing.search.preconditions import unknown_terms
 from drivetrain.sizing.search.robust import robust_select
@@ -32,7 +32,6 @@ from drivetrain.sizing.tables import CRITERION_UNITS, set_table
 from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import nominal_of
 from drivetrain.study.model import Study
-from drivetrain.study.parts.verdicts import Verdict, lacking
 from drivetrain.units import quantity
 
 if TYPE_CHECKING:
@@ -429,11 +428,7 @@ def _ended_by(search: _CurveSearch, drives: Drives, value: float, direction: int
     if found.feasible:
         return "another set is better"
     worst = worst_of_set(found)
-    place, check = worst.place, worst.check
-    if found.verdict is Verdict.NOT_CHECKED:  # no limit is exceeded, but data are missing
-        place, check = next((place, f"{one.name} (not checked)") for place, one in placed_checks(found)
-                            if lacking([one]))  # fmt: skip
-    return f"{check} at {place}" if place not in ("supply", "arm") else check
+    return f"{worst.check} at {worst.place}" if worst.place not in ("supply", "arm") else worst.check
 
 
 def _piece_points(search: _CurveSearch, drives: Drives, low: float, high: float) -> tuple[CurvePoint, ...]:

@@ -27,7 +27,7 @@ from drivetrain.sizing.judge.evaluate import Given, evaluate, given_drives
 from drivetrain.sizing.judge.vary import edge
 from drivetrain.sizing.results import Evaluation, Selection, every_drive, placed_checks
 from drivetrain.study.model import Study, refuse_moving_base
-from drivetrain.study.parts.verdicts import Check, Verdict
+from drivetrain.study.parts.verdicts import Check, Verdict, undecided
 
 MAX_FACTOR = 50.0  # largest factor of slowing down or speeding up
 BRACKET_STEP = 1.25  # factor between steps while an edge is bracketed
@@ -420,9 +420,7 @@ def _satisfied(evaluation: Evaluation) -> bool:
 
 
 def _fails(check: Check) -> bool:
-    """Whether a check fails, or is essential and undecided although both of its values are known."""
-    doubtful = check.essential and check.verdict is Verdict.NOT_CHECKED
-    return check.verdict is Verdict.FAIL or (doubtful and None not in (check.required, check.available))
+    return check.verdict is Verdict.FAIL or undecided(check)
 
 
 def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:

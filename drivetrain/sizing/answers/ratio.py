@@ -34,7 +34,7 @@ from drivetrain.sizing.results import JointResult
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.candidates import gears_at
-from drivetrain.study.parts.verdicts import Check, Verdict, lacking
+from drivetrain.study.parts.verdicts import Check, Verdict, undecided
 
 GRID = 81  # ratios of the sweep
 SPAN = 8.0  # factor by which the sweep extends below and above the ratios of interest
@@ -52,7 +52,8 @@ class RatioPoint:
     peak_torque: float  # peak torque of the motor, starting from rest included [N m]
     motor_speed: float  # largest [rad/s]
     winding_temperature: float  # largest in the repeated cycle [C]; infinite: thermal runaway, NaN: not computed
-    utilisations: Mapping[str, float]  # by name of the check; NaN where it could not be made
+    # by name of the check; NaN where it could not be made, infinite where missing data leave it undecided
+    utilisations: Mapping[str, float]
 
     @property
     def binding(self) -> str:
@@ -213,7 +214,7 @@ def ratio_study(
     return RatioStudy(
         study, joint, *keys[joint], setup.drives[index], points, windows, best, _limits(there, index),
         _closed_forms(there, index), _catalogue_gears(setup, index, keys[joint], best.ratio, windows),
-        _reaction(number, index, windows), _notes(setup, index), lacking(template.checks),
+        _reaction(number, index, windows), _notes(setup, index), _never_made(template),
     )  # fmt: skip
 
 
@@ -255,8 +256,14 @@ def _point(setup: Setup, joint: int) -> RatioPoint:
         peak_torque=float(np.abs(series.motor_torque).max()) if peak is None else peak / setup.study.safety.peak_torque,
         motor_speed=float(np.abs(series.motor_speed).max()),
         winding_temperature=heat,
-        utilisations={name: math.nan if c.utilisation is None else c.utilisation for name, c in checks.items()},
+        utilisations={name: _utilisation(check) for name, check in checks.items()},
     )
+
+
+def _utilisation(check: Check) -> float:
+    if undecided(check):
+        return math.inf
+    return math.nan if check.utilisation is None else check.utilisation
 
 
 def rms_torque(setup: Setup, joint: int) -> float:
@@ -409,9 +416,14 @@ def _reaction(number: Number, joint: int, windows: tuple[RatioWindow, ...]) -> d
     return found
 
 
+def _never_made(result: JointResult) -> tuple[Check, ...]:
+    """The essential checks that cannot be made at any ratio."""
+    return tuple(check for check in result.lacking if not undecided(check))
+
+
 def _notes(setup: Setup, joint: int) -> tuple[str, ...]:
     result = setup.joint(joint)
-    notes = [f"not checked at any ratio: {check.name}" for check in result.lacking]
+    notes = [f"not checked at any ratio: {check.name}" for check in _never_made(result)]
     if not result.gear:
         notes.append("an ideal gear: no limits, no loss, no inertia of its own")
     if joint > 0 and setup.study.arm is not None:

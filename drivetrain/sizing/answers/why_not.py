@@ -25,6 +25,7 @@ from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.vary import (
     EDGE,
     MOST,
+    NOT_CHECKED,
     Edge,
     Number,
     Setup,
@@ -323,7 +324,7 @@ def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[Sm
     )
     slowest, held = _worst(pace, joint, pace.now * SLOWEST), ""
     if slowest.utilisation > 1.0 and study.arm is not None:
-        held = f"; almost at standstill, {slowest.check} needs {_percent(slowest)}"
+        held = f"; almost at standstill, {_needs(slowest)}"
     if study.arm is None:
         lighter = SmallestChange("payload", "kg", 0.0, reason="a load table gives the torques: it has no payload")
     elif payload.now == 0.0:
@@ -348,7 +349,7 @@ def _smallest(number: Number, joint: int, vary: Vary, furthest: str, held: str =
     if found is not None:
         return _proven(number, joint, found)
     left, now = _worst(number, joint, float(values[-1])), _worst(number, joint, number.now)
-    words = f"even {furthest}, {left.check} needs {_percent(left)} of the limit"
+    words = f"even {furthest}, {_needs(left)}"
     if left.check == now.check and math.isclose(left.utilisation, now.utilisation, rel_tol=1e-9):
         words = f"{left.check} does not depend on it: needs {_percent(left)} of the limit"
     return SmallestChange(number.name, number.unit, number.now, check=left.check, utilisation=left.utilisation,
@@ -368,10 +369,7 @@ def _ratio(setup: Setup, joint: int) -> SmallestChange:
     tried = {float(value): _worst(number, joint, float(value)) for value in (*down[:0:-1], *up)}
     there = min(tried, key=lambda value: (tried[value].utilisation, value))
     stays = tried[there]
-    reason = (
-        f"no ratio from a tenth to ten times as large lets it pass: at the best, {there:.4g}, "
-        f"{stays.check} needs {_percent(stays)} of the limit"
-    )
+    reason = f"no ratio from a tenth to ten times as large lets it pass: at the best, {there:.4g}, {_needs(stays)}"
     if stays.check in AT_THE_OUTPUT:
         reason = f"{stays.check} acts at the gear's output, whatever the ratio: {_percent(stays)} of the limit"
     return SmallestChange("gear ratio", "", number.now, check=stays.check, utilisation=stays.utilisation,
@@ -403,7 +401,7 @@ def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
     name = joints[joint].name
 
     def rejected(evaluation: Evaluation) -> bool:
-        return evaluation.joints[name].verdict is Verdict.FAIL
+        return evaluation.joints[name].verdict in (Verdict.FAIL, Verdict.NOT_CHECKED)
 
     for _ in range(8):
         if rejected(good):
@@ -417,6 +415,13 @@ def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
         number.name, number.unit, number.now, passes, fails, worst.check, worst.utilisation,
         good.feasible and len(good.joints) == len(joints),
     )  # fmt: skip
+
+
+def _needs(found: Worst) -> str:
+    """What a check that is not satisfied needs, in words."""
+    if found.check.endswith(NOT_CHECKED):
+        return f"{found.check} lacks data"
+    return f"{found.check} needs {_percent(found)} of the limit"
 
 
 def _percent(found: Worst) -> str:

@@ -26,8 +26,9 @@ from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult, placed_checks
 from drivetrain.study.change import TaskChange, heaviest
 from drivetrain.study.model import Study
-from drivetrain.study.parts.verdicts import Check
+from drivetrain.study.parts.verdicts import Check, undecided
 
+NOT_CHECKED = " (not checked)"  # follows the name of a check that is undecided
 EDGE = 1e-7  # relative error of a bisected boundary
 MOST, STEPS = 10.0, 32  # largest factor on a parameter and number of steps in the search for the smallest change
 
@@ -203,8 +204,8 @@ def edges(
 class Worst(NamedTuple):
     """The check with the highest utilisation, and the joint (or ``supply``) it belongs to."""
 
-    check: str
-    utilisation: float  # infinite if a required value is unbounded
+    check: str  # its name, followed by "(not checked)" if it is undecided
+    utilisation: float  # infinite if a required value is unbounded, or if the check is undecided
     place: str = ""
 
 
@@ -219,9 +220,13 @@ def worst_of(checks: Iterable[Check]) -> Worst:
 
 
 def _worst(checks: Iterable[tuple[str, Check]]) -> Worst:
-    """The check with the highest finite utilisation; an unbounded one only if no finite one exceeds 1."""
-    used = [(place, one.name, one.utilisation) for place, one in checks if one.utilisation is not None]
-    found = [Worst(name, math.inf if math.isnan(share) else share, place) for place, name, share in used]
+    """The check with the highest finite utilisation; an unbounded or undecided one only if no finite one exceeds 1."""
+    found = []
+    for place, one in checks:
+        if undecided(one):
+            found.append(Worst(one.name + NOT_CHECKED, math.inf, place))
+        elif one.utilisation is not None:
+            found.append(Worst(one.name, math.inf if math.isnan(one.utilisation) else one.utilisation, place))
     numbered = [one for one in found if math.isfinite(one.utilisation)]
     largest = max(numbered, key=lambda one: one.utilisation, default=None)
     unbounded = [one for one in found if not math.isfinite(one.utilisation)]

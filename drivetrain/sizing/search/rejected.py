@@ -26,6 +26,7 @@ from drivetrain.sizing.judge.missing import gaps, missing_words
 from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.vary import (
     MOST,
+    NOT_CHECKED,
     Vary,
     first_edge,
     lighter_work,
@@ -49,7 +50,7 @@ MARGIN = 1e-3  # relative, added to a change so that its printed digits are feas
 CHANGE_STEPS = 8  # number of steps of a change for which all candidates are searched; bisection visits at most four
 SEARCH_TIME = 5.0  # time limit of such a search [s]
 SUPPLY = -1  # stands for the index of a joint: every joint has a feasible drive
-NOT_CHECKED, NOT_KNOWN = " (not checked)", " (not known)"
+NOT_KNOWN = " (not known)"
 FEASIBLE = -1
 LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
 UNITS = (*(c.unit for c in CHECKS), *(c.unit for c in CHECKS), "kg", "")

@@ -92,6 +92,11 @@ def lacking(checks: Iterable[Check]) -> tuple[Check, ...]:
     return tuple(check for check in checks if check.essential and check.verdict is Verdict.NOT_CHECKED)
 
 
+def undecided(check: Check) -> bool:
+    """Whether an essential check is not decided because the substitute for a missing value does not satisfy it."""
+    return bool(lacking([check])) and None not in (check.required, check.available)
+
+
 def verdict_of(checks: Iterable[Check]) -> Verdict:
     """Overall verdict of some checks; the only place that decides what missing data mean."""
     made = tuple(checks)
