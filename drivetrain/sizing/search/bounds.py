@@ -168,6 +168,7 @@ def torque_interval_of(
     return TorqueInterval(motion, at_speed, at_loss_speed, unit_torque, step_share, *buffers)
 
 
+@kernel(fastmath=FAST)
 def load_interval(load: Array, unit_load: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
     """Interval of a load while the drives of K other joints are open: each load parameter lies within a range.
 
@@ -179,9 +180,16 @@ def load_interval(load: Array, unit_load: Array, low: Array, high: Array) -> tup
     Returns:
         The ends of the interval, (N,) each, and half the width of the range of each parameter, (K, PARAMETERS).
     """
-    half, middle, rows = 0.5 * (high - low), 0.5 * (low + high), unit_load.reshape(-1, len(load))
-    half = np.where(half > 0.0, half + INTERVAL_ROUNDING * (half + np.abs(middle)), 0.0)
-    center, deviation = load + middle.ravel() @ rows, half.ravel() @ np.abs(rows)
+    center, deviation, half = load.copy(), np.zeros(len(load)), 0.5 * (high - low)
+    for k in range(half.shape[0]):
+        for i in range(half.shape[1]):
+            middle, row = 0.5 * (low[k, i] + high[k, i]), unit_load[k, i]
+            if half[k, i] > 0.0:
+                half[k, i] += INTERVAL_ROUNDING * (half[k, i] + abs(middle))
+            width = half[k, i]
+            for t in range(len(row)):
+                center[t] += middle * row[t]
+                deviation[t] += width * abs(row[t])
     return center - deviation, center + deviation, half
 
 

@@ -3,7 +3,7 @@
 The torque on a joint is linear in the load parameters of the drives that load it. While these drives are not chosen,
 each parameter lies between its smallest and largest value among the remaining candidates, so the torque at each sample
 lies in an interval. A candidate that is infeasible everywhere in that interval is removed. Fewer candidates give
-narrower intervals, so the joints are visited from the tip to the base until nothing changes.
+narrower intervals, so the joints are visited from the tip to the base: drives load the joints before them.
 
 The load of a joint is decided when its interval has no width. The cheapest candidate of such a joint is judged exactly.
 """
@@ -20,8 +20,6 @@ from drivetrain.arrays import Array, Mask
 from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.search.domains import ALL, CHEAPEST, UNTESTED, Domain, Domains
 from drivetrain.sizing.search.problem import Problem
-
-MAX_PASSES = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,26 +57,33 @@ class Propagation:
     counters: Counter[str] = field(default_factory=Counter)  # work done
 
     def run(self) -> Domains | None:
-        """Remove candidates until nothing changes; None if no set below the limit remains."""
-        n = self.problem.n
-        for joint in range(n):
+        """Remove candidates from the tip to the base; None if no set below the limit remains.
+
+        One pass is enough while loads are open, as the node is branched and its children are propagated. Once all are
+        decided, the cheapest candidate of every joint is judged.
+        """
+        for joint in range(self.problem.n):
             self._update_range(joint)
-        for _ in range(MAX_PASSES):
-            self.counters["passes"] += 1
-            changed = False
-            for joint in range(n - 1, -1, -1):
-                before = self.domains[joint]
-                if not self._filter(joint):
-                    return None
-                domain = self.domains[joint]
-                changed |= domain.lower_bound > before.lower_bound
-                if self._lower_bound >= self.limit:
-                    return None
-                if len(domain) != len(before):
-                    changed |= self._update_range(joint)
-            if not changed:
-                break
-        return tuple(self.domains)
+        while self._pass():
+            if not self._loads_decided or all(domain.cheapest_is_exact for domain in self.domains):
+                return tuple(self.domains)
+        return None
+
+    def _pass(self) -> bool:
+        """Remove candidates of every joint; False if no set below the limit remains."""
+        self.counters["passes"] += 1
+        for joint in range(self.problem.n - 1, -1, -1):
+            before = len(self.domains[joint])
+            if not self._filter(joint) or self._lower_bound >= self.limit:
+                return False
+            if len(self.domains[joint]) != before:
+                self._update_range(joint)
+        return True
+
+    @property
+    def _loads_decided(self) -> bool:
+        """Whether the load of every joint is decided."""
+        return bool(self.ranges.decided[self.problem.is_loaded_by.any(axis=0)].all())
 
     @property
     def _lower_bound(self) -> float:
@@ -100,8 +105,7 @@ class Propagation:
         decided, loaded_by = self.ranges.decided, problem.is_loaded_by[joint]
         if len(domain) and not domain.cheapest_is_exact and decided[loaded_by].all():
             is_suspect = int(domain.pairs[domain.cheapest]) in self.suspects
-            all_loads_decided = decided[problem.is_loaded_by.any(axis=0)].all()
-            if not loaded_by.any() or is_suspect or all_loads_decided:
+            if not loaded_by.any() or is_suspect or self._loads_decided:
                 domain = self._judge_cheapest(joint, domain, cost_limit)
         if not len(domain):
             return False
@@ -133,12 +137,11 @@ class Propagation:
                     domain = self._presolve(joint, domain, cost_limit, CHEAPEST)
         return domain
 
-    def _update_range(self, joint: int) -> bool:
+    def _update_range(self, joint: int) -> None:
         """Recompute the parameter range of a joint; if it changed, the joints that it loads must be tested again."""
         low, high = self.problem.range_of(self.domains[joint])
         if (low == self.ranges.low[joint]).all() and (high == self.ranges.high[joint]).all():
-            return False
+            return
         self.ranges.low[joint], self.ranges.high[joint] = low, high
         for other in np.flatnonzero(self.problem.is_loaded_by[:, joint]):
             self.domains[other] = replace(self.domains[other], tested=UNTESTED)
-        return True
