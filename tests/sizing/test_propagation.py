@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +15,13 @@ from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.constraints.supply import power_range
 from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
-from drivetrain.sizing.search.tree import NO_TEST_LIMIT, bisect_parameter
+from drivetrain.sizing.search.tree import NO_TEST_LIMIT, Tree, bisect_parameter
 from drivetrain.study.model import Mount
 from drivetrain.study.parts.selection import Wanted
 
 
-def study_of(make, seed: int, wanted: Wanted):
-    """Two joints, strong enough drives at both, bearings and heat near their limits."""
+def study_of(make, seed: int, wanted: Wanted, lengths=(0.4, 0.3)):
+    """A few joints, strong enough drives at all, bearings and heat near their limits."""
     rng = np.random.default_rng(seed)
     motors = {
         f"m{i}": replace(
@@ -37,11 +38,11 @@ def study_of(make, seed: int, wanted: Wanted):
         )
         for i in range(3)
     }  # fmt: skip
-    cycle = make.sines(2, samples=41, duration=float(rng.uniform(2, 4)), size=0.5)
+    cycle = make.sines(len(lengths), samples=41, duration=float(rng.uniform(2, 4)), size=0.5)
     carrier = str(rng.choice(["parent", "child"]))
     pairs = tuple(itertools.product(motors, gears))
     tasks = tuple(make.task(name, drive=None, pairs=pairs, mount=Mount(carrier)) for name in cycle.joint_names)
-    arm = make.planar_arm([0.4, 0.3], rng.uniform(0.5, 1.5, 2))
+    arm = make.planar_arm(lengths, rng.uniform(0.5, 1.5, len(lengths)))
     return make.study(cycle, arm=arm, joints=tasks, catalog=Catalog(motors, gears), wanted=wanted)
 
 
@@ -90,6 +91,26 @@ def test_a_limit_keeps_what_is_cheaper(make, seed):
         assert sum(domain.lower_bound for domain in domains) <= limit * (
             1 + 1e-9
         )  # equals are put in order by less than that
+
+
+def test_cheapest_candidates_are_judged_where_loads_are_decided(make):
+    """A node whose loads are decided is branched by excluding its cheapest set, which must have been judged.
+
+    The load of the joints before the middle one is decided while the domains are filtered, as its dearer candidates go.
+    """
+    study = study_of(make, 2, Wanted(), lengths=(0.15, 0.1, 0.1))
+    asked = build_problem(build_candidates(study), study.wanted)
+    tree = Tree(asked)
+    tree.run(math.inf, lambda *_: None)
+    best, domains = tree.best[0], list(asked.domains())
+    for joint in (0, 2):
+        chosen = domains[joint].subset(domains[joint].pairs == best.pairs[joint])
+        domains[joint] = replace(chosen, lower_bound=best.costs[joint])
+    ranges = ParameterRanges.unknown(3)
+    left = Propagation(asked, domains, ranges, best.objective * (1 + 1e-9), NO_TEST_LIMIT, set()).run()
+    assert left is not None
+    assert len(asked.domains()[1]) > len(left[1]) == 1
+    assert all(domain.cheapest_is_exact for domain in left)
 
 
 def test_a_domain_is_parted_where_its_numbers_are_neighbouring_floats(make):

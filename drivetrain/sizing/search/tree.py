@@ -181,7 +181,7 @@ def split(domains: Domains, joint: int, mask: Mask) -> list[Domains]:
 
 
 MAX_DEAD_ENDS = 20  # largest number of dead ends in the dive for the first incumbents
-FULL_TEST_SIZE = 4  # domains up to this size are tested in full at every node
+FULL_TEST_SIZE = 16  # domains up to this size are tested in full at every node
 NO_TEST_LIMIT = 10**9  # test domains of every size in full
 DIVE_EVERY = 3  # every third node of smallest bound starts a dive down to a set or a dead end
 MAX_ENUMERATED = 1024  # largest number of tied sets of a node that are enumerated
