@@ -155,6 +155,7 @@ def test_other_sets_of_modes_that_fit_are_found() -> None:
                 part.hold_forward, part.hold_backward = 2.0 * part.slide_forward, 2.0 * part.slide_backward
         friction.solve_friction(coordinates, pairs, 1.0)
         kept = [(one.dry.mode, one.dry.mode_fixed, one.dry.load_sign, one.change) for one in coordinates]
+        shown = [(one.margin, one.dry.mode == 0 and one.friction) for one in coordinates if one.dry.active]
         released = [i for i, one in enumerate(coordinates) if one.before == 0 and one.dry.mode != 0]
         fitting = []
         for stuck in itertools.product((False, True), repeat=len(released)):
@@ -180,6 +181,8 @@ def test_other_sets_of_modes_that_fit_are_found() -> None:
         again = [(one.dry.mode, one.dry.mode_fixed, one.dry.load_sign) for one in coordinates]
         assert again == [one[:3] for one in kept]
         assert [one.change for one in coordinates] == pytest.approx([one[3] for one in kept])
+        left = [(one.margin, one.dry.mode == 0 and one.friction) for one in coordinates if one.dry.active]
+        np.testing.assert_allclose(left, shown, rtol=1e-9, atol=1e-12)
         told[bool(fitting)] += 1
     assert told[True] > 3 and told[False] > 30
 

@@ -37,6 +37,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.engines.inverse import demanded
+from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import Scene
 from drivetrain.simulation.study_scene import scene_of
@@ -112,6 +113,18 @@ def written_out(preload):
         ]  # fmt: skip
 
     return rates
+
+
+def test_preloaded_motors_begin_at_their_command() -> None:
+    """At rest under a load each sags behind it by what its loop needs; the link by the twist beyond the preload's."""
+    scene, load = axis_scene(20.0, speed=0.0), 12.0
+    effects = dict(scene.effects)
+    effects[FIRST] = (*effects[FIRST][:-1], GivenTorque([0.0], [-load]))
+    done = plan(replace(scene, effects=effects))
+    at = done.memory.view(initial_memory(done), "coordinates")
+    assert at["position"][0] == pytest.approx(-0.5 * load * (1.0 / STIFF[0] + 1.0 / LOOP[0]), rel=1e-9)
+    twist = [(0.5 * load + push) / STIFF[k] + math.copysign(0.5 * PLAY[k], push) for k, push in ((0, 20.0), (1, -20.0))]
+    assert at["position"][[2, 1]] == pytest.approx(twist, rel=1e-9)
 
 
 @pytest.mark.parametrize("preload", [0.0, 8.0, 30.0])

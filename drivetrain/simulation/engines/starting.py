@@ -45,6 +45,8 @@ def initial_memory(plan: Plan, given: Mapping[str, float] | None = None) -> Arra
     )
     held, known = _holding_motors(plan), _Known(memory.places, numbers)
     _put_motion(plan, at, *_commanded(plan))
+    for i in plan.body.springs:
+        at["position"][plan.body.motors[i]] = plan.body.zeros[i]
     equations.evaluate_signals(numbers)
     for joint in held:  # at the commanded position, with empty integrators, the command is the feed-forward current
         known.read[f"{joint}.{s.FED_CURRENT}"] = known.get(f"{joint}.{s.CURRENT_COMMAND.name}", 0.0)
