@@ -100,7 +100,7 @@ def test_margins_are_what_is_left_of_friction_or_of_speed() -> None:
     assert at["breakaway_direction"][1] == -1
 
 
-@pytest.mark.parametrize("surface", [0.0, 0.7])
+@pytest.mark.parametrize("surface", [0.0, 0.7, -0.7])
 def test_who_slips_and_who_sticks_after_an_event(surface: float) -> None:
     """One reaches its bound and takes along another that is at its own; the third comes to rest and is held."""
     more = (dt.MovingBelt(surface),) if surface else ()
@@ -114,10 +114,8 @@ def test_who_slips_and_who_sticks_after_an_event(surface: float) -> None:
     called(adaptive_step._handler, numbers, x, np.array([1.0, 0.0, 1.0]), 0.25)
     assert at["dry"]["mode"].tolist() == [1, -1, 0]
     assert x[:3].tolist() == [0.3, 0.2, 0.1]
-    assert x[3] >= surface >= x[4] and x[5] == surface
+    assert x[3] > surface > x[4] and x[5] == surface
     assert abs(x[3] - surface) < 1e-15 and abs(x[4] - surface) < 1e-15
-    if not surface:
-        assert x[3] > 0.0 > x[4]
     log = done.memory.view(numbers, "sections")[AT.log]
     entries = numbers[log["first"] : log["first"] + log["size"]].view(adaptive_step.MODE_CHANGE)
     # The first could as well have stuck: with static friction both fit at the bound.
@@ -483,6 +481,6 @@ def test_a_joint_that_gives_way_at_the_start_is_named(ratio: float, way: float) 
     ):  # fmt: skip
         assert not nothing
     assert not starting.yielding_joints(done, {"joint.current": 1.0})
-    rows = {"joint.current": -2.0}
-    assert starting.start_description(done, rows, {}) == "equilibrium, held by joint -2 A"
+    rows = {"joint.current": -0.05}
+    assert starting.start_description(done, rows, {}) == "equilibrium, held by joint -0.05 A"
     assert starting.start_description(done, {"joint.current": 0.0}, {"x": 1.0}) == "equilibrium; given: x"
