@@ -328,11 +328,11 @@ def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
     """Motor-side torque through the mesh [N m]: T/(eta G) if the motor drives, eta_back T/G if the load does, at rest
     by ``Gear.holding``.
     """
-    power = load * speed
-    slope = mesh_slope(mesh, power)
-    size = abs(slope * load)
+    through = mesh_slope(mesh, load * speed) * load
+    size = abs(through)
     grip = 0.5 * (mesh.grip - size + abs(mesh.grip + size))  # not below the value at which the torque is 0
-    return slope * load + grip * direction(slope * load) * (power == 0.0)
+    # Without load the torque that the gear may hold has either sign.
+    return through + grip * (direction(through) + (through == 0.0)) * (speed == 0.0)
 
 
 @law

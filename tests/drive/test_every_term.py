@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from drivetrain.drive.amplifier import AmplifierSheet, overload_share
-from drivetrain.drive.gear import Gear, mesh_of
+from drivetrain.drive.gear import Gear, mesh_of, mesh_torque
 from drivetrain.drive.stops import Braking, stop_swing, swing_spring, swung_torque
 from drivetrain.drive.thermal.periodic_heat import Flow, Losses, Steps, new_losses, set_steps, shares_within
 from drivetrain.jit import kernel
@@ -107,6 +107,14 @@ def test_the_mesh_of_a_sheet_with_gaps(sheet: dict[str, Any], mesh: dict[str, fl
     """Lossless and without drag where nothing is known; 5 N m at the output are 0.1 N m at the input."""
     found = mesh_of(as_record(Gear(**RATIO_50, **sheet)))
     assert found._asdict() == pytest.approx({"ratio": -50.0, **PLAIN, **mesh}, rel=1e-14, abs=1e-15)
+
+
+@pytest.mark.parametrize(("holding", "held"), [(1.0, 0.1), (0.0, 0.0), (-1.0, 0.0)])
+def test_a_gear_at_rest_without_load_is_held_as_with_a_load_of_rounding(holding: float, held: float) -> None:
+    """With the most that it may hold, its breakaway torque; a turning gear without load takes nothing."""
+    mesh = mesh_of(as_record(Gear(**RATIO_50, efficiency=0.8, holding=holding, starting_torque=0.1)))
+    assert [abs(mesh_torque(mesh, load, 0.0)) for load in (0.0, 1e-16, -1e-16)] == pytest.approx([held] * 3, abs=1e-15)
+    assert mesh_torque(mesh, 0.0, 0.3) == 0.0
 
 
 def test_just_the_continuous_current_is_no_overload() -> None:
