@@ -138,6 +138,12 @@ def direction(value: Any) -> Any:
 
 
 @law
+def side(value: Any) -> Any:
+    """1 or -1 by the sign of a value; 1 for 0."""
+    return direction(value) + (value == 0.0)
+
+
+@law
 def friction_curve(friction: Any) -> Any:
     """The curve of a friction law: missing values of one direction equal the other's, a missing static torque equals
     Coulomb's.

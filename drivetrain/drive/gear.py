@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.friction import direction
+from drivetrain.drive.friction import direction, side
 from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.jit import law
@@ -332,7 +332,7 @@ def mesh_torque(mesh: Any, load: Any, speed: Any) -> Any:
     size = abs(through)
     grip = 0.5 * (mesh.grip - size + abs(mesh.grip + size))  # not below the value at which the torque is 0
     # Without load the torque that the gear may hold has either sign.
-    return through + grip * (direction(through) + (through == 0.0)) * (speed == 0.0)
+    return through + grip * side(through) * (speed == 0.0)
 
 
 @law
@@ -342,7 +342,7 @@ def resting_interval(mesh: Any, load: Any) -> Any:
     The first has the opposite sign where the gear holds its load without the motor.
     """
     lossless = load / mesh.ratio
-    sign = direction(lossless) + (lossless == 0.0)
+    sign = side(lossless)
     return StandstillInterval(
         mesh.driven * lossless - sign * mesh.starting, mesh.driving * lossless + sign * mesh.starting
     )

@@ -26,7 +26,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
-from drivetrain.errors import Fault, InputError, raise_faults
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
 from drivetrain.simulation.passive import recorded_times
@@ -267,9 +267,11 @@ class Inverse(Engine):
                 continue, besides what ``demanded`` refuses.
         """
         hint = "simulate forward (FixedStep) from there"
-        for name, given in (("start", options.start), ("resume", options.resume)):
-            if given:
-                raise InputError(Fault(name, "does not go with Inverse, whose motion is the commanded one", hint=hint))
+        raise_faults(
+            Fault(name, "does not go with Inverse, whose motion is the commanded one", hint=hint)
+            for name, given in (("start", options.start), ("resume", options.resume))
+            if given
+        )
         times = recorded_times(plan.scene.duration, options.interval)
         demand, events = with_springs(plan, demanded(plan, times))
         raise_faults(

@@ -25,7 +25,6 @@ from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.judge.vary import (
     EDGE,
     MOST,
-    NOT_CHECKED,
     Edge,
     Number,
     Setup,
@@ -350,7 +349,7 @@ def _smallest(number: Number, joint: int, vary: Vary, furthest: str, held: str =
         return _proven(number, joint, found)
     left, now = _worst(number, joint, float(values[-1])), _worst(number, joint, number.now)
     words = f"even {furthest}, {_needs(left)}"
-    if left.check == now.check and math.isclose(left.utilisation, now.utilisation, rel_tol=1e-9):
+    if left.check == now.check and not left.undecided and math.isclose(left.utilisation, now.utilisation, rel_tol=1e-9):
         words = f"{left.check} does not depend on it: needs {_percent(left)} of the limit"
     return SmallestChange(number.name, number.unit, number.now, check=left.check, utilisation=left.utilisation,
                           reason=words + held)  # fmt: skip
@@ -419,7 +418,7 @@ def _proven(number: Number, joint: int, found: Edge) -> SmallestChange:
 
 def _needs(found: Worst) -> str:
     """What a check that is not satisfied needs, in words."""
-    if found.check.endswith(NOT_CHECKED):
+    if found.undecided:
         return f"{found.check} lacks data"
     return f"{found.check} needs {_percent(found)} of the limit"
 

@@ -208,6 +208,11 @@ class Worst(NamedTuple):
     utilisation: float  # infinite if a required value is unbounded, or if the check is undecided
     place: str = ""
 
+    @property
+    def undecided(self) -> bool:
+        """Whether missing data leave the check undecided."""
+        return self.check.endswith(NOT_CHECKED)
+
 
 def worst_of_set(evaluation: Evaluation) -> Worst:
     """The check with the highest utilisation of a set of drives."""
