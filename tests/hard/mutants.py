@@ -32,7 +32,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PACKAGE = ROOT / "drivetrain"
 PLAIN = ("drive", "dynamics/core", "sizing/judge", "sizing/demand", "solvers", "control/laws.py", "effects",
-         "simulation/core", "simulation/engines", "sizing/search/bounds.py", "identification")  # fmt: skip
+         "simulation", "sizing/search/bounds.py", "identification")  # fmt: skip
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard", "effects",
                "simulation")  # fmt: skip
 COMPILED_TESTS = (
@@ -43,7 +43,7 @@ COMPILED_TESTS = (
 )  # fmt: skip
 LAWS = ("law", "kernel", "part", "exact", "fast", "command", "joint_law", "table_law", "scene_law")
 WHOLE = ("effects/control/", "effects/friction/", "effects/gear/", "effects/loads/", "effects/motor/",
-         "identification/", "simulation/core/", "simulation/engines/")  # all of whose functions count  # fmt: skip
+         "identification/", "simulation/")  # all of whose functions count  # fmt: skip
 SHOWN = ("__post_init__", "ports", "lines", "describe", "faults")  # declarations and messages
 TABLE = "sizing/judge/checks.py"
 OF_THE_TABLE = ("test_the_law_in_a_table", "test_every_check_has_the_factor_of_its_kind")  # tests that only read it
@@ -105,7 +105,10 @@ def _places(function: ast.FunctionDef) -> list[ast.AST]:
     found, waiting = [], [*function.body, *function.args.defaults]
     while waiting:
         node = waiting.pop(0)
-        if isinstance(node, ast.Raise | ast.JoinedStr | ast.expr_context | ast.FunctionDef):
+        if isinstance(node, ast.FunctionDef):  # one within another
+            waiting[:0] = [*node.body, *node.args.defaults]
+            continue
+        if isinstance(node, ast.Raise | ast.JoinedStr | ast.expr_context):
             continue
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "Fault":
             continue
@@ -324,9 +327,11 @@ def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
     """Put a mutant in place of its function."""
     module = sys.modules[".".join(path.relative_to(ROOT).with_suffix("").parts)]
     bare = mutant(function, index)
-    bare.decorator_list, bare.returns = [], None
-    for argument in [*bare.args.args, *bare.args.kwonlyargs]:
-        argument.annotation = None
+    bare.decorator_list = []
+    for inner in (node for node in ast.walk(bare) if isinstance(node, ast.FunctionDef)):
+        inner.returns = None
+        for argument in [*inner.args.posonlyargs, *inner.args.args, *inner.args.kwonlyargs]:
+            argument.annotation = None
     made = compile(ast.fix_missing_locations(ast.Module([bare], [])), str(path), "exec", dont_inherit=True)
     code = next(one for one in made.co_consts if isinstance(one, CodeType))
     holder: Any = module

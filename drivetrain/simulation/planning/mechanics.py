@@ -267,11 +267,15 @@ def _motors(shapes: Sequence[Shape], seconds: Collection[int] = ()) -> Array:
 
 
 def _mounted(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Arm:
-    """The arm with those rotors of effects mounted that are rigid bodies."""
+    """The arm with those rotors of effects mounted that are rigid bodies; a reflected one behind a spring on the base,
+    where nothing but its own coordinate moves it.
+    """
     own = [shape.rotor_inertia for shape in shapes]
     if any(inertia is not None for inertia in own):
         mounted = [
-            Rotor(float(ratio), inertia) if inertia is not None and (shape.full or shape.flexible) else kept
+            Rotor(float(ratio), inertia, carrier=None if shape.full else -1)
+            if inertia is not None and (shape.full or shape.flexible)
+            else kept
             for ratio, inertia, shape, kept in zip(ratios, own, shapes, arm.rotors, strict=True)
         ]
         arm = with_rotors(arm, mounted, level=RotorLevel.FULL if arm.level is RotorLevel.NONE else arm.level)
@@ -293,21 +297,16 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
         links[:e], rotors["joint"] = links[order], np.argsort(order)[rotors["joint"]]
     links["rotor_inertia"][: arm.n] += [shape.carried for shape in shapes]
-    reflected, uncoupled = np.zeros(arm.n), []
+    reflected = np.zeros(arm.n)
     for i, (shape, at) in enumerate(zip(shapes, motors, strict=True)):
-        if shape.rotor_inertia is not None and not shape.full:
+        if shape.rotor_inertia is not None and not shape.full and not shape.flexible:
             inertia = shape.rotor_inertia * ratios[i] ** 2
             if coupled is not None and i in coupled.shafts:
                 shaft_inertia[i] = inertia
-            elif shape.flexible:  # a body of its own that does not move with its carrier
-                links["rotor_inertia"][at] = inertia
-                uncoupled.append(at)
             else:
                 links["rotor_inertia"][at] += inertia
         row = rotor_row[at]
         reflected[i] = shaft_inertia[at] + (links["rotor_inertia"][row] * spread[row, at] ** 2 if row >= 0 else 0.0)
-    kept = ~np.isin(rotors["joint"], uncoupled)
-    links, rotors = np.concatenate([links[:e], links[e:][kept]]), rotors[kept]
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
         arm.n, c, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
