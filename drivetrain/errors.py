@@ -114,8 +114,8 @@ def nearest(wanted: object, known: Iterable[str]) -> str:
         return "did you mean " + " or ".join(repr(match) for match in close) + "?"
     if not names:
         return ""
-    shown = ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")
-    return f"known: {shown}"
+    listed = ", ".join(names)
+    return f"known: {listed}" if len(listed) <= _LONGEST else f"known: {', '.join(names[:8])}, ..., {len(names)} in all"
 
 
 def member_of(kind: type[_E], value: object, place: str, problem: str) -> _E:

@@ -174,7 +174,7 @@ def heat_model(motor: Motor, mounting: float | None) -> str:
         return "temperatures not computed: thermal resistances are not in the catalogue row"
     inner, outer = network.resistance_winding_housing, network.resistance_housing_ambient
     whole, unsteady = motor.resistance_winding_ambient, network.winding_capacity is None
-    end = "; its time constant is unknown: means, no peaks" if unsteady else ""
+    end = "; its time constant is unknown: mean temperatures, without peaks" if unsteady else ""
     if inner == 0.0:
         stated = "" if mounting is None else f", the larger of the data sheet's {number(whole)} and the stated mounting"
         return f"one node, {number(outer)} K/W from winding to ambient{stated}{end}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -144,6 +144,23 @@ def test_the_page_holds_the_series_of_the_engine(selection: Selection) -> None:
         for check in joint.checks:
             if check.name in FOLLOWS:
                 assert told["checks"][check.name] == check.utilisation
+
+
+def test_a_step_before_a_rest_is_drawn_as_a_step(evaluation: Evaluation) -> None:
+    """The sample after the step has an odd index, which even thinning by two would drop: the rest would be a ramp."""
+    time = np.array([*np.linspace(0.0, 1.0, 1001), 1.0, 2.0])
+    joint = next(iter(evaluation.joints.values()))
+    load = np.where(np.arange(len(time)) < 1001, 5.0, 0.0)
+    load[0] = -1.0  # the extreme that is kept anyway is elsewhere
+    series = replace(
+        joint.series,
+        **{one.name: None if getattr(joint.series, one.name) is None else load for one in fields(joint.series)}
+        | {"time": time},
+    )
+    cycle = replace(evaluation.study.cycle, time=time, parts=())
+    own = replace(evaluation, joints={joint.name: replace(joint, series=series, checks=())})
+    kept = kept_samples(replace(own, study=replace(evaluation.study, cycle=cycle)))
+    assert np.trapezoid(load[kept], time[kept]) == pytest.approx(5.0, rel=0.01)  # the ramp would add 2.5
 
 
 def test_the_switches_show_the_regions_of_the_engine(selection: Selection) -> None:

@@ -301,9 +301,9 @@ def test_actual_value_factor_and_factored_value_are_told(sized: str, evaluation:
             if check.factor == 1.2:
                 actual, required = (float(told.split(sign)[i]) for sign, i in (("×", 0), ("=", 1)))
                 assert 1.2 * actual == pytest.approx(required, rel=6e-3)
-    assert "Drawn without safety factors." in sized
+    assert "drawn without safety factors" in sized
     plain = replace(evaluation, study=replace(evaluation.study, safety=Safety()))
-    assert "Drawn without safety factors." not in html_report(plain)
+    assert "drawn without safety factors" not in html_report(plain)
 
 
 def test_keys_stand_with_maker_series_and_part_number(selected: str) -> None:

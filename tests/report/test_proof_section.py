@@ -39,8 +39,8 @@ def test_an_optimum_is_told_with_bound_and_gap(found: Selection) -> None:
     facts = facts_of(found)
     assert section.word == "proven" and "No other allowed set" in section.lead[0]
     assert facts["best set found"] == facts["lower bound"] and facts["gap"].startswith("0")
-    assert f"{len(found.study.joints[0].pairs)} pairs" in facts["to choose from"]
-    assert facts["rules beside the checks"] == "none" and "not needed" in facts["time limit of the search"]
+    assert f"{len(found.study.joints[0].pairs)} pairs" in facts["candidates"]
+    assert facts["constraints besides the checks"] == "none" and "not needed" in facts["time limit of the search"]
 
 
 def test_what_is_left_open_is_told_with_the_way_on(found: Selection) -> None:
@@ -55,7 +55,7 @@ def test_rules_in_force_stand_there(found: Selection) -> None:
     wanted = replace(found.study.wanted, most_motor_types=2, same_family=(("a", "b"),))
     facts = facts_of(replace(found, study=replace(found.study, wanted=wanted)))
     assert facts["motor types"] == "at most 2 wanted; 1 in the chosen set" and facts["same family"] == "a, b"
-    assert "rules beside the checks" not in facts
+    assert "constraints besides the checks" not in facts
 
 
 def test_nothing_fits_is_a_proof_too(found: Selection) -> None:

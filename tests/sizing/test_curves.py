@@ -131,6 +131,9 @@ def test_wrong_input_is_told(make):
             optimum_curve(study, *arguments)
     with pytest.raises(InputError, match="part"):
         optimum_curve(study, "payload", (0.0, 1.0), payload="prt")
+    for wrong in ([], "", 3):
+        with pytest.raises(InputError, match="is none that the study carries"):
+            optimum_curve(study, "payload", (0.0, 1.0), payload=wrong)
     with pytest.raises(InputError, match="carries none"):
         optimum_curve(replace(study, payloads=()), "payload", (0.0, 1.0))
     with pytest.raises(InputError) as told:

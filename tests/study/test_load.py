@@ -238,8 +238,9 @@ def test_no_candidate_left_is_no_fault(load: Any) -> None:
 @pytest.mark.parametrize(
     ("rules", "words"),
     [
-        ({"motors": {"mass": ["50 kg", None]}}, "motors: 0 of 2 considered; filtered out 2 by 'mass: 50 to open kg'"),
-        ({"gears": {"ratio": [400, None]}}, "gears: 0 of 2 considered; filtered out 2 by 'ratio: 400 to open'"),
+        ({"motors": {"mass": ["50 kg", None]}}, "motors: 0 of 2 considered; filtered out 2 by 'mass: at least 50 kg'"),
+        ({"gears": {"ratio": [400, None]}}, "gears: 0 of 2 considered; filtered out 2 by 'ratio: at least 400'"),
+        ({"motors": {"price": [None, 300]}}, "motors: 0 of 2 considered; filtered out 2 by 'price: at most 300'"),
         ({"motors": {"keys": "large"}}, "pairs: 0 of 2 combinations are published as fitting"),
     ],
 )

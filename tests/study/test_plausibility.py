@@ -70,7 +70,7 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
                 "joints.default.candidates",
                 "no pair",
                 "joint_1",
-                "filtered out 2 by 'mass: 5 to open kg'",
+                "filtered out 2 by 'mass: at least 5 kg'",
                 "rules of `motors`",
             ],
         ),

@@ -66,10 +66,14 @@ def motion_data(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def kept_samples(evaluation: Evaluation) -> NDArray[np.intp]:
-    """Indices of the samples drawn: evenly spaced ones, extremes of all series, and the instants of all checks."""
+    """Indices of the samples drawn: evenly spaced ones, extremes of all series, the instants of all checks, and steps.
+
+    Both samples of a step are kept: with one of them a step before a dwell would be drawn as a ramp over the dwell.
+    """
     joints = list(evaluation.joints.values())
     n = len(joints[0].series.time)
-    kept = set(range(0, n, max(1, n // SAMPLES)))
+    steps = np.flatnonzero(np.diff(joints[0].series.time) == 0.0)
+    kept = set(range(0, n, max(1, n // SAMPLES))) | set(steps.tolist()) | set((steps + 1).tolist())
     for part in evaluation.study.cycle.parts:
         kept |= {part.start, part.stop - 1}
     for joint in joints:

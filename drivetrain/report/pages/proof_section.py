@@ -98,7 +98,7 @@ def _choice(selection: Selection) -> list[tuple[str, str]]:
     digits = sum(math.log10(count) for count in counts)
     power = str(int(digits)).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
     sets = f"{math.prod(counts)}" if digits < 6.0 else f"{10.0 ** (digits % 1.0):.1f} × 10{power}"
-    return [("to choose from", f"{each} pairs of motor and gear a joint, {sets} sets of drives")]
+    return [("candidates", f"{each} pairs of motor and gear a joint, {sets} sets of drives")]
 
 
 def _rules(selection: Selection) -> list[tuple[str, str]]:
@@ -117,7 +117,7 @@ def _rules(selection: Selection) -> list[tuple[str, str]]:
     if given := selection.study.given_drives:
         facts.append(("drive given by the study", ", ".join(given)))
     if not (wanted.most_motor_types or wanted.most_gear_types or wanted.same_family):
-        facts.append(("rules beside the checks", "none"))
+        facts.append(("constraints besides the checks", "none"))
     return facts
 
 

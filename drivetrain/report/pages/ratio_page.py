@@ -39,7 +39,7 @@ def ratio_report(studies: Sequence[RatioStudy]) -> str:
 
 
 def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
-    nothing = RatioWindow(math.nan, math.nan, found.best.binding, found.best.binding)
+    nothing = RatioWindow(math.nan, math.nan, found.best.binding_words, found.best.binding_words)
     return [
         (
             found.joint, found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
@@ -55,9 +55,10 @@ def ratio_sentence(found: RatioStudy) -> str:
     """The answer for one joint."""
     drive = f"{found.motor} with {found.gear or 'an ideal gear'}"
     if not found.windows:
-        return (
-            f"No ratio lets {drive} meet all limits: the best, {number(found.best.ratio)}, "
-            f"needs {percent(found.best.utilisation)} of the limit on {found.best.binding}."
+        return f"No ratio lets {drive} meet all limits: the best, {number(found.best.ratio)}, " + (
+            f"leaves {found.best.binding} unchecked for lack of data."
+            if found.best.binding in found.best.undecided
+            else f"needs {percent(found.best.utilisation)} of the limit on {found.best.binding}."
         )
     spans = " and ".join(_span(window) for window in found.windows)
     own = abs(found.drive.gear.ratio)

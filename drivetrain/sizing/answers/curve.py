@@ -162,7 +162,7 @@ def optimum_curve(
     payload: str | None = None,
     progress: Progress | None = None,
 ) -> OptimumCurve:
-    """The best set of drives over a range of payloads, cycle times, supply voltages or air temperatures.
+    """The best set of drives over a range of payloads, cycle times, supply voltages or ambient temperatures.
 
     A payload is varied in mass and inertia alike (the same shape of another density); a cycle is slowed uniformly:
     the same path at 1/s of the speed and 1/s^2 of the acceleration.
@@ -477,11 +477,11 @@ def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, f
     (low, high), faults, name = span, [], ""
     if vary is Vary.PAYLOAD:
         masses = {one.name: one.mass for one in study.payloads if one.mass > 0.0}
-        name = payload or max(masses, key=lambda one: masses[one], default="")
+        name = max(masses, key=lambda one: masses[one], default="") if payload is None else payload
         if study.arm is None or not masses:
             problem = "a load table has none" if study.arm is None else "the study carries none of any mass"
             faults.append(Fault("payload", f"cannot be varied: {problem}"))
-        elif name not in masses:
+        elif not isinstance(name, str) or name not in masses:
             faults.append(Fault("payload", "is none that the study carries", name, nearest(name, masses)))
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         faults.append(Fault("span", "must rise from its first to its last value", span))

@@ -29,7 +29,7 @@ from drivetrain.drive.matching import (
 from drivetrain.errors import Fault, InputError, whole_names
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
-from drivetrain.sizing.judge.vary import Number, Setup, edges, named_drives, ratio_number
+from drivetrain.sizing.judge.vary import NOT_CHECKED, Number, Setup, edges, named_drives, ratio_number
 from drivetrain.sizing.results import JointResult
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import JointTask, Study
@@ -54,12 +54,18 @@ class RatioPoint:
     winding_temperature: float  # largest in the repeated cycle [C]; infinite: thermal runaway, NaN: not computed
     # by name of the check; NaN where it could not be made, infinite where missing data leave it undecided
     utilisations: Mapping[str, float]
+    undecided: tuple[str, ...] = ()  # names of the checks that missing data leave undecided
 
     @property
     def binding(self) -> str:
         """The check of highest utilisation; empty if none was made."""
         judged = {name: used for name, used in self.utilisations.items() if not math.isnan(used)}
         return max(judged, key=lambda name: judged[name], default="")
+
+    @property
+    def binding_words(self) -> str:
+        """The check of highest utilisation, followed by "(not checked)" if it is undecided."""
+        return self.binding + (NOT_CHECKED if self.binding in self.undecided else "")
 
     @property
     def utilisation(self) -> float:
@@ -76,7 +82,8 @@ class RatioPoint:
 class RatioWindow:
     """Ratios at which every check is satisfied, and the checks that fail outside its two ends.
 
-    An end is infinite (or 0), and its check empty, if the window reaches the limits of the sweep.
+    "(not checked)" follows the name of a check that missing data leave undecided there. An end is infinite (or 0), and
+    its check empty, if the window reaches the limits of the sweep.
     """
 
     low: float
@@ -206,7 +213,9 @@ def ratio_study(
     points = _sweep(at, _grid(setup, index, ratios), fixed=ratios is not None or not template.torque_known)
     runs = edges(lambda ratio: at(ratio).fits, [point.ratio for point in points])
     windows = tuple(
-        RatioWindow(low.inside, high.inside, *(at(end.outside).binding if end.known else "" for end in (low, high)))
+        RatioWindow(
+            low.inside, high.inside, *(at(end.outside).binding_words if end.known else "" for end in (low, high))
+        )
         for low, high in runs
     )
     best = min(points, key=_strain(points))
@@ -257,6 +266,7 @@ def _point(setup: Setup, joint: int) -> RatioPoint:
         motor_speed=float(np.abs(series.motor_speed).max()),
         winding_temperature=heat,
         utilisations={name: _utilisation(check) for name, check in checks.items()},
+        undecided=tuple(name for name, check in checks.items() if undecided(check)),
     )
 
 

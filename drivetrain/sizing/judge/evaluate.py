@@ -28,9 +28,9 @@ Pair = tuple[str, str]
 Given = tuple[str, str | None]
 GIVE = "give the joint in the study a `drive: {motor: KEY, gear: KEY}`, or let `select` choose one"
 HELD = {
-    "least": "the smallest motor torque that holds with the help of the mesh's friction",
-    "lossless": "the motor torque that holds without help of the mesh's friction",
-    "most": "the largest motor torque at which the mesh's friction still holds",
+    "least": "the smallest motor torque that holds with the help of the friction of the mesh",
+    "lossless": "the motor torque that holds without help from the friction of the mesh",
+    "most": "the largest motor torque at which the friction of the mesh still holds",
 }
 LOADED = 0.01  # torque at rest over the largest one; below it, a joint counts as not loaded at rest
 NO_GEAR = ("", "none", None)  # accepted as the gear key of a direct drive
@@ -215,14 +215,15 @@ def _remarks(op: Operation) -> list[str]:
     holds = bool(np.any(demand.gear_torque[demand.at_rest == 1] != 0.0))
     if holds and demand.moves:
         remarks.append(
-            f"at rest: heating by {HELD[op.study.holding]}; peaks by the larger torque that starts the motion"
+            f"at rest: heat is that of {HELD[op.study.holding]}; "
+            "peaks are those of the larger torque that starts the motion"
         )
     elif holds:
-        remarks.append(f"the joint never moves: {HELD[op.study.holding]} counts")
+        remarks.append(f"the joint never moves: its torque is {HELD[op.study.holding]}")
     locks = mesh_of(op.judgement.case.gear).driven <= 0.0
     if _loaded_at_rest(demand) and not locks and not op.drive.motor.brake.key:
         remarks.append(
-            "holds a load at rest and has no brake: with the power off friction alone holds it (brake: true)"
+            "holds a load at rest and has no brake: with the power off, only friction holds it; `brake: true` adds one"
         )
     if locks:
         remarks.append("the gear locks itself: the load cannot drive the motor, which must help it down")

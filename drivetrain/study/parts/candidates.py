@@ -172,8 +172,10 @@ def _check_names(
 def limits_in_words(wanted: object, unit: str) -> str:
     """What a rule (a range in SI, names, or a bool) allows, as text."""
     if (ends := _range(wanted)) is not None:
-        low, high = ("open" if end is None else f"{end:g}" for end in ends)
-        return f"{low} to {high} {unit if unit not in PURE else ''}".strip()
+        (low, high), behind = ends, "" if unit in PURE else f" {unit}"
+        if low is None:
+            return "any" if high is None else f"at most {high:g}{behind}"
+        return f"at least {low:g}{behind}" if high is None else f"{low:g} to {high:g}{behind}"
     return " or ".join(map(str, wanted)) if isinstance(wanted, tuple) else _shown(wanted, unit)
 
 

@@ -58,9 +58,9 @@ class BrakeRow(_row(BRAKE_COLUMNS)):  # type: ignore[misc]
     """A holding brake's data sheet, with its source."""
 
 
-_SIZE = ("mass", "diameter", "length")
-_MOTOR_RULES = ("maker", "series", "kind", "frameless", "nominal_voltage", "nominal_torque", *_SIZE)
-_GEAR_RULES = ("maker", "series", "kind", "ratio", "size", "stages", "continuous_torque", "backlash", *_SIZE)
+_BOTH = ("mass", "price", "diameter", "length")
+_MOTOR_RULES = ("maker", "series", "kind", "frameless", "nominal_voltage", "nominal_torque", *_BOTH)
+_GEAR_RULES = ("maker", "series", "kind", "ratio", "size", "stages", "continuous_torque", "backlash", *_BOTH)
 
 
 class MotorFilter(_filter(MOTOR_COLUMNS, *_MOTOR_RULES)):  # type: ignore[misc]
