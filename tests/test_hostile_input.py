@@ -45,6 +45,7 @@ def xacro(folder: Path, expression: str) -> Path:
         ("${radians(180) / math.pi}", 1.0),
         ("${reach if reach &gt; 1 else max(2.0, -reach)}", 2.0),
         ("${[1.0, 3.0][1] + len('ab')}", 5.0),
+        ("${'0.25 0.5'.strip().split(' ')[1]}", 0.5),
         ("${xacro.load_yaml('sizes.yaml')['upper']['length']}", 0.7),
         ("${xacro.load_yaml('sizes.yaml').upper.length}", 0.7),
         ("${xacro.load_yaml('$(find made_description)/sizes.yaml').upper.length}", 0.7),
@@ -68,6 +69,7 @@ def test_expressions_that_compute_are_expanded(tmp_path: Path, expression: str, 
         ("${reach.__class__}", "is not evaluated"),
         ("${math.sin.__self__}", "is not evaluated"),
         ("${str.format('0', reach)}", "is not evaluated"),
+        ("${'0'.format(reach)}", "is not evaluated"),
         ("${python.type(reach)}", "is not evaluated"),
         ("${xacro.load_yaml('/etc/hostname')}", "is not below"),
         ("$(eval 1 + 1)", "is not evaluated"),
@@ -82,6 +84,18 @@ def test_expressions_that_do_more_are_refused(tmp_path: Path, expression: str, w
     with pytest.raises(InputError, match=words):
         load_arm(xacro(tmp_path, expression))
     assert time.monotonic() - begin < expand_xacro.SECONDS + 55.0  # ends at all: it ran for hours
+
+
+def test_a_package_beside_and_an_argument_are_named_with_what_to_do(tmp_path: Path) -> None:
+    for name in ("robot_support", "robot_resources"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "package.xml").write_text("<package/>")
+    sought = r"find robot_resources\) is not below .*robot_support; it is in (.*): ROS_PACKAGE_PATH=\1$"
+    with pytest.raises(InputError, match=sought) as error:
+        load_arm(xacro(tmp_path / "robot_support", "$(find robot_resources)"))
+    assert str(error.value).count("$(find") == 1
+    with pytest.raises(InputError, match=r"xacro made\.xacro reach:=VALUE > arm\.urdf"):
+        load_arm(xacro(tmp_path, "$(arg reach)"))
 
 
 def test_an_include_outside_its_package_is_refused(tmp_path: Path) -> None:

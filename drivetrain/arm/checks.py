@@ -53,13 +53,16 @@ def checked_screw(value: Any, name: str) -> Array:
 
 
 def checked_inertia(value: Any, name: str) -> Array:
-    """An inertia tensor, (3, 3), made exactly symmetric."""
+    """An inertia tensor, (3, 3), made exactly symmetric; negative moments by rounding become zero."""
     tensor = checked_array(value, (3, 3), name)
-    if np.abs(tensor - tensor.T).max() > TOLERANCE * max(float(np.abs(tensor).max()), 1e-12):
+    rounding = TOLERANCE * max(float(np.abs(tensor).max()), 1e-12)
+    if np.abs(tensor - tensor.T).max() > rounding:
         raise InputError(Fault(name, "must be symmetric", tensor.tolist()))
-    if (np.diag(tensor) < 0.0).any():
+    if (np.diag(tensor) < -rounding).any():
         raise InputError(Fault(name, "must have no negative moment on its diagonal [kg m^2]", tensor.tolist()))
-    return 0.5 * (tensor + tensor.T)
+    tensor = 0.5 * (tensor + tensor.T)
+    np.fill_diagonal(tensor, np.maximum(np.diag(tensor), 0.0))
+    return tensor
 
 
 def each(values: Sequence[Any], check: Callable[[Any, str], Array], name: str, faults: Faults) -> Array:

@@ -18,7 +18,6 @@ import numpy as np
 from drivetrain.arm.coupling import differential
 from drivetrain.arm.files.xml import Reader
 from drivetrain.arrays import Array
-from drivetrain.errors import nearest
 from drivetrain.units import number_of
 
 REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")  # ROS 1 and ROS 2
@@ -107,7 +106,12 @@ def read_drives(
     for block in blocks[1:]:
         reader.count_ignored(block, ("transmission",), ("name", "type"))
     for transmission in (element for block in blocks for element in block.findall("transmission")):
-        kind = _kind(reader, transmission, names)
+        absent = [joint for joint in _joints_of(transmission) if joint not in names]
+        if absent:  # files of a part of a robot keep the transmissions of the whole
+            name, others = transmission.get("name", "?"), ", ".join(absent)
+            notes.append(f"transmission {name} not used: the file has no joint {others}")
+            continue
+        kind = _kind(reader, transmission)
         coupling = read_coupling(reader, transmission, kind)
         if coupling is not None and all(joint in joints for joint in coupling.joints):
             couplings.append(coupling)
@@ -159,21 +163,20 @@ def _drake(reader: Reader, element: ElementTree.Element, joint: str) -> dict[str
     return found
 
 
-def _kind(reader: Reader, transmission: ElementTree.Element, names: list[str]) -> str:
-    """The type of a transmission; joints that do not exist are faults for any type."""
+def _joints_of(transmission: ElementTree.Element) -> list[str]:
+    return [element.get("name", "") for element in transmission.findall("joint")]
+
+
+def _kind(reader: Reader, transmission: ElementTree.Element) -> str:
+    """The type of a transmission."""
     reader.count_ignored(transmission, ("joint", "actuator", "type", "plugin", *REDUCTIONS), ("name", "type"))
-    for element in transmission.findall("joint"):
-        joint = element.get("name", "")
-        if joint not in names:
-            place = f"transmission {transmission.get('name', '?')}"
-            reader.faults.add(place, "names a joint that is not there", joint, nearest(joint, names))
     kinds = [element.text or "" for tag in ("type", "plugin") for element in transmission.findall(tag)]
     return (kinds[0] if kinds else transmission.get("type", SIMPLE)).strip()
 
 
 def _driven_joint(transmission: ElementTree.Element, kind: str, notes: list[str]) -> str:
     """The joint of a simple transmission; empty, with a note, for any other transmission."""
-    joints = [element.get("name", "") for element in transmission.findall("joint")]
+    joints = _joints_of(transmission)
     if len(joints) == 1 and kind.endswith(SIMPLE):
         return joints[0]
     couple = ", ".join(joints) or "no joint"

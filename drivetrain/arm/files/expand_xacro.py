@@ -26,6 +26,9 @@ FUNCTIONS = frozenset(
     "abs_filename warning error fatal message print_location acos acosh asin asinh atan atan2 atanh ceil copysign cos "
     "cosh degrees exp fabs floor fmod hypot log log10 log2 pow radians sin sinh sqrt tan tanh trunc isnan isinf".split()
 )
+METHODS = frozenset(
+    "split rsplit strip lower upper startswith endswith replace index count get keys values items".split()
+)
 SPACES = ("math", "xacro", "python")  # modules whose functions may be called
 STARTS = (
     "os.system os.exec os.fork os.posix_spawn os.spawn os.startfile os.remove os.rename os.rmdir os.mkdir os.link "
@@ -74,9 +77,10 @@ def check(text: str) -> None:
 
 
 def _known(called: ast.expr) -> bool:
-    """Whether a called function is permitted, such as ``radians`` or ``math.radians``."""
+    """Whether a called function is permitted, such as ``radians``, ``math.radians`` or ``text.split``."""
     if isinstance(called, ast.Attribute):
-        return isinstance(called.value, ast.Name) and called.value.id in SPACES and called.attr in FUNCTIONS
+        of_module = isinstance(called.value, ast.Name) and called.value.id in SPACES
+        return called.attr in (FUNCTIONS if of_module else METHODS)
     return isinstance(called, ast.Name) and called.id in FUNCTIONS
 
 
@@ -121,5 +125,7 @@ if __name__ == "__main__":
     try:
         main()
     except Exception as error:
+        cause = getattr(error, "exc", None)
+        error = cause if isinstance(cause, ValueError) else error  # xacro would add the class, and the text again
         sys.stderr.write(f"\0{str(error) or type(error).__name__}")
         sys.exit(2)

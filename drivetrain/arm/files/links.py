@@ -115,7 +115,7 @@ class Chain:
     bodies: tuple[list[RigidBody], ...]  # bodies fixed to each moving link, its own first, n lists [kg, m, kg m^2]
     riders: tuple[list[str], ...]  # names of the links in ``bodies``, n lists
     tip_pose: Array  # pose of the tip link, (4, 4); translation [m]
-    locked: tuple[str, ...]  # names of movable joints outside the chain, held at zero
+    locked: tuple[str, ...]  # names of joints outside the chain that are not fixed, held at zero
     beyond: dict[str, float]  # links behind the tip with a mass, and their masses [kg]
     links: dict[str, tuple[str, Array]]  # as in ``Arm.frames``
 
@@ -124,12 +124,12 @@ def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
     """The chain from the root link to a tip link."""
     base = _root(model)
     children, paths = _tree(model, base)
-    refused = [joint for path in paths.values() for joint in path[-1:] if joint.kind in REFUSED]
+    end = _tip(model, paths, children, base, tip)
+    refused = [joint for joint in paths[end] if joint.kind in REFUSED]
     if refused:
         known = ", ".join(MOVABLE)
         problem = f"is of a kind that a serial arm cannot have; known: {known} and fixed"
         raise InputError([Fault(f"joint {j.name}", problem, j.kind, file=model.file) for j in refused])
-    end = _tip(model, paths, children, base, tip)
     path = [joint for joint in paths[end] if joint.movable]
     if not path:
         raise InputError(Fault("tip", f"there is no movable joint between {base} and {end}", file=model.file))
@@ -223,7 +223,7 @@ def _collect(model: UrdfModel, base: str, tip: str, path: list[UrdfJoint], child
             child_frame, child_carrier = frame @ joint.origin, order.get(joint.name, carrier)
             if joint.name in order:
                 frames[order[joint.name]] = child_frame
-            elif joint.movable:
+            elif joint.kind != "fixed":
                 locked.append(joint.name)
             waiting.append((joint.child, child_frame, child_carrier, behind or link == tip))
     return Chain(tip, tuple(path), tuple(frames), bodies, riders, tip_pose, tuple(locked), beyond, links)

@@ -17,7 +17,7 @@ from drivetrain.arm.files.links import arm_from_model, tip_among_several, warn_e
 from drivetrain.arm.files.mjcf import read_mjcf
 from drivetrain.arm.files.model import UrdfModel, read_model
 from drivetrain.arm.files.sdf import read_sdf
-from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
+from drivetrain.arm.files.xml import PACKAGE, PACKAGE_ROOTS, package_file, read_document
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
 from drivetrain.errors import Fault, InputError, nearest
@@ -81,8 +81,7 @@ def packaged_file(address: str) -> Path:
     found = package_file(address)
     if found is None:
         name = address.removeprefix(PACKAGE).partition("/")[0]
-        hint = "ROS_PACKAGE_PATH or AMENT_PREFIX_PATH name the folders that hold packages"
-        raise InputError(Fault("arm", f"no package {name} with that file", address, hint))
+        raise InputError(Fault("arm", f"no package {name} with that file", address, PACKAGE_ROOTS))
     return found
 
 

@@ -23,6 +23,7 @@ REVOLUTE, PRISMATIC = ("revolute", "continuous"), ("prismatic",)
 MOVABLE = (*REVOLUTE, *PRISMATIC)
 REFUSED = ("floating", "planar")
 KINDS = (*MOVABLE, "fixed", *REFUSED)
+X_AXIS = np.eye(3)[0]  # the default of URDF
 SIX = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # the entries of a symmetric tensor in a file
 
 
@@ -151,8 +152,9 @@ def _joint(reader: Reader, name: str, element: ElementTree.Element) -> UrdfJoint
     kind = reader.text(element, "type", place)
     if kind and kind not in KINDS:
         reader.faults.add(place, f"its type must be one of {', '.join(MOVABLE)} or fixed", kind, nearest(kind, KINDS))
-    axis, no_axis = _axis(reader, element, place)
-    lower, upper, speed, no_limit = _limits(reader, element, kind, place)
+    # converters write axes of zero length at fixed joints, which have neither axis nor limits
+    axis, no_axis = (X_AXIS, "") if kind == "fixed" else _axis(reader, element, place)
+    lower, upper, speed, no_limit = (-inf, inf, inf, "") if kind == "fixed" else _limits(reader, element, kind, place)
     mimic = element.find("mimic")
     unsaid = [phrase for phrase in (no_axis, no_limit) if phrase and kind in MOVABLE]
     parent, child = _end(reader, element, "parent", place), _end(reader, element, "child", place)
@@ -173,12 +175,12 @@ def _axis(reader: Reader, element: ElementTree.Element, place: str) -> tuple[Arr
     """Unit direction of a joint, and a text on what the file does not state."""
     child = element.find("axis")
     if child is None:
-        return np.array([1.0, 0.0, 0.0]), "no <axis>: taken along x, URDF's default"
-    axis = reader.numbers(child, "xyz", place, [1.0, 0.0, 0.0])
+        return X_AXIS, "no <axis>: taken along x, URDF's default"
+    axis = reader.numbers(child, "xyz", place, X_AXIS)
     length = float(np.linalg.norm(axis))
     if length < 1e-9:
         reader.faults.add(place, "its axis must have a direction", child.get("xyz"))
-        return np.array([1.0, 0.0, 0.0]), ""
+        return X_AXIS, ""
     return axis / length, ""
 
 
@@ -215,10 +217,6 @@ def check_names(reader: Reader, links: Collection[str], joints: dict[str, UrdfJo
     looped = [name for name in links if _hangs_on_itself(name, holder, joints)]
     if looped:
         reader.faults.add("links", "hang on each other in a loop", looped)
-    for joint in joints.values():
-        if joint.mimics and joint.mimics not in joints:
-            hint = nearest(joint.mimics, joints)
-            reader.faults.add(f"joint {joint.name}", "mimics a joint that is not there", joint.mimics, hint)
 
 
 def _hangs_on_itself(link: str, holder: dict[str, str], joints: dict[str, UrdfJoint]) -> bool:

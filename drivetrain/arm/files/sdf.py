@@ -191,7 +191,7 @@ def _joint(
     limit = None if axis_element is None else axis_element.find("limit")
     dynamics = None if axis_element is None else axis_element.find("dynamics")
     axis = np.array([0.0, 0.0, 1.0])
-    written = None if axis_element is None else axis_element.find("xyz")
+    written = None if axis_element is None or kind == "fixed" else axis_element.find("xyz")
     if written is not None:
         axis = _numbers(reader, (written.text or "").strip(), f"{place}, <xyz>", [0.0, 0.0, 1.0])
         usual = _text(axis_element, "use_parent_model_frame").lower() if axis_element is not None else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import math
 import os
+import re
 import subprocess
 import sys
 from collections import Counter
@@ -26,6 +27,9 @@ TRUSTED = "DRIVETRAIN_TRUST_XACRO"  # if set, xacro files may run any code
 REFUSALS = ("is not evaluated", "is not below", "is not allowed")
 TRUST = f"for a file you trust: drivetrain --trust-xacro, or {TRUSTED}=1 in the environment"
 PACKAGE = "package://"
+PACKAGE_ROOTS = "ROS_PACKAGE_PATH or AMENT_PREFIX_PATH name the folders that hold packages"
+PACKAGE_SOUGHT = re.compile(r"\$\(find ([\w.-]+)\) is not below")
+ARGUMENT_SOUGHT = re.compile(r"Undefined substitution argument (\w+)")
 ROOTS = ("robot", "sdf", "mujoco")
 LARGEST = 1 << 25  # bytes, also of an expanded xacro file: parsed elements take some twenty times as much memory
 UNLIMITED = sys.float_info.max  # files use it for "no limit", since most parsers do not accept "inf"
@@ -78,15 +82,29 @@ def _expanded(path: Path) -> bytes:
         return done.stdout
     said = done.stderr.decode("utf-8", "replace").rpartition("\0")[2].strip()
     problem = said if done.returncode == 2 else "it takes more than 5 s or 1 GB"
-    hint = TRUST if done.returncode != 2 or any(word in said for word in REFUSALS) else ""
+    hint = _hint(path, said) if done.returncode == 2 else TRUST
     raise InputError(Fault(str(path), f"xacro cannot expand it: {problem}", hint=hint))
 
 
+def _hint(path: Path, said: str) -> str:
+    """What to do about a message of xacro."""
+    if found := PACKAGE_SOUGHT.search(said):
+        beside = [one for one in path.resolve().parents if (one / found[1]).is_dir()]
+        return f"it is in {beside[0]}: ROS_PACKAGE_PATH={beside[0]}" if beside else PACKAGE_ROOTS
+    if found := ARGUMENT_SOUGHT.search(said):
+        return f"xacro {path.name} {found[1]}:=VALUE > arm.urdf gives a file without arguments"
+    return TRUST if any(word in said for word in REFUSALS) else ""
+
+
 def _roots(path: Path) -> list[Path]:
-    """The folders whose files a xacro file may include: its own, its package, and those of ROS_PACKAGE_PATH."""
+    """The folders whose files a xacro file may include: its own, its package, and those that ROS states."""
     own = path.resolve().parent
     package = next((one for one in (own, *own.parents) if (one / "package.xml").is_file()), own)
-    return [package, *_stated("ROS_PACKAGE_PATH")]
+    return [package, *_stated_roots()]
+
+
+def _stated_roots() -> list[Path]:
+    return [*_stated("ROS_PACKAGE_PATH"), *(one / "share" for one in _stated("AMENT_PREFIX_PATH"))]
 
 
 def _stated(variable: str) -> list[Path]:
@@ -97,7 +115,7 @@ def package_file(address: str, beside: Path | None = None) -> Path | None:
     """The file of a ROS package: in a folder of that name above ``beside``, or in ROS's folders; None if not found."""
     name, _, rest = address.removeprefix(PACKAGE).partition("/")
     above = () if beside is None else beside.resolve().parents
-    roots = [*_stated("ROS_PACKAGE_PATH"), *(one / "share" for one in _stated("AMENT_PREFIX_PATH"))]
+    roots = _stated_roots()
     places = [folder / part for folder in above for part in (f"{name}/{rest}", rest)]
     places += [root / name / rest for root in roots] + [root / rest for root in roots if root.name == name]
     return next((place for place in places if is_there(place)), None)
