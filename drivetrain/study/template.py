@@ -82,8 +82,11 @@ def _row(arm: Arm, slides: Mask, side: float) -> str:
 def _speed(limit: float, slide: bool) -> str:
     """The template's speed limit as text, or the joint's own limit if that is lower."""
     usual = SLIDE_SPEED if slide else SPEED
-    value = limit if 0.0 < limit < usual else usual
-    return f"{value:.4g} m/s" if slide else f"{math.degrees(value):.4g} deg/s"
+    value, unit, digits = (limit, "m/s", 4) if slide else (math.degrees(limit), "deg/s", 2)
+    if not 0.0 < limit < usual:
+        return f"{usual if slide else math.degrees(usual):.4g} {unit}"
+    # rounded down, so that the motion does not exceed the limit by rounding; a slower joint keeps its own
+    return f"{math.floor(value * 10**digits) / 10**digits or value:g} {unit}"
 
 
 def _together(each: list[str]) -> str:

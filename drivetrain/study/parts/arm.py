@@ -52,7 +52,8 @@ def resolve_arm(form: StudyForm, ledger: Ledger) -> Arm | None:
         with ledger.gather(("external_axes",)):
             arm = on_external_axes(arm, [link.made() for link in own.links], own.point, own.rpy)
     if arm is not None:
-        ledger.note(note if note.startswith("warning:") else f"Arm {arm.name}: {note}" for note in arm.notes)
+        fresh = [note for note in arm.notes if note not in ledger.notes]  # its warnings are known already
+        ledger.note(note if note.startswith("warning:") else f"Arm {arm.name}: {note}" for note in fresh)
     return arm
 
 
