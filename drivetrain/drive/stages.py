@@ -128,7 +128,7 @@ class Stage:
             needs += {"screw": ("friction", "diameter"), "worm": ("friction", "lead_angle")}.get(
                 self.type, ("efficiency",)
             )
-        if self.tooth_force is not None or (self.force_limit is not None and self.type == "belt"):
+        if self.tooth_force is not None or (self.force_limit is not None and self.type != "screw"):
             needs += ("diameter",)
         for name in needs:
             if getattr(self, name) is None:
@@ -274,22 +274,22 @@ def chained(stages: Sequence[Stage]) -> Chain:
             raise InputError(Fault(f"stages[{k}]", "moves a slide, so nothing can stand behind it", one.type))
     whole = math.prod(one.ratio or 1.0 for one in stages if one.travel is None)
     ratio, inertia, compliance, carried, driving, driven = 1.0, 0.0, 0.0, 0.0, 1.0, 1.0
-    torques, speeds = dict[str, float](), dict[str, float]()
+    torques, speeds = list[tuple[float, str]](), list[tuple[float, str]]()
     for one in stages:
         inertia += one.input_inertia / ratio**2
         carried += one.input_inertia * (whole / ratio) ** 2 * compliance
-        speeds |= {f"{why} of the {one.type}": limit * ratio / whole for why, limit in one.speed_limits.items()}
+        speeds += [(limit * ratio / whole, f"{why} of the {one.type}") for why, limit in one.speed_limits.items()]
         ratio *= 1.0 if one.travel is not None else one.ratio or 1.0
         behind = whole / ratio  # output turns of the stage per turn of the joint
-        torques |= {f"{why} of the {one.type}": limit * behind for why, limit in one.torque_limits.items()}
+        torques += [(limit * behind, f"{why} of the {one.type}") for why, limit in one.torque_limits.items()]
         compliance += one.compliance / behind**2
         forward, back = one.factors
         driving, driven = driving * forward, back * (driven if back > 0.0 else driving)
-    weak, slow = min(torques, key=torques.__getitem__, default=""), min(speeds, key=speeds.__getitem__, default="")
+    torque, torque_words = min(torques, default=(None, ""))
+    speed, speed_words = min(speeds, default=(None, ""))
     return Chain(
         "+".join(one.type for one in stages), whole, stages[-1].travel, driving, driven, inertia, compliance, carried,
-        torques.get(weak), weak, speeds.get(slow), slow, sum(one.mass for one in stages),
-        sum(one.price for one in stages),
+        torque, torque_words, speed, speed_words, sum(one.mass for one in stages), sum(one.price for one in stages),
     )  # fmt: skip
 
 

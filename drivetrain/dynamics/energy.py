@@ -82,7 +82,7 @@ def potential_energy(arm: Arm, q: Any) -> Array:
     moment = np.einsum("i,nik->nk", arm.masses, (moved[:, 1:] @ arm.home)[..., :3, 3])
     spins = positions @ rotor_turns(arm).T if arm.level is RotorLevel.FULL else np.zeros(positions.shape)
     for rotor, spin in zip(arm.rotors, spins.T, strict=True):
-        if rotor is not None and rotor.mass > 0.0:
+        if rotor is not None:
             turned = screw_displacements(rotor.screw, spin) @ rotor.home
             moment += rotor.mass * (moved[:, rotor.carrier + 1] @ turned)[:, :3, 3]
     energy = -(moment @ arm.gravity)

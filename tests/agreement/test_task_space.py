@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mpmath as mp
 import numpy as np
 import pinocchio as pin
@@ -211,6 +213,25 @@ def test_exactly_singular() -> None:
     row = task.jacobian(arm, q[None])[0][1]
     alone = 1.0 / (row @ np.linalg.solve(mass_matrix(arm, q), row))
     np.testing.assert_allclose(reduced.inertia, [[0.0, 0.0], [0.0, alone]], atol=1e-9)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_condition_and_rank_in_any_unit_of_mass(task: Task) -> None:
+    """The condition is the root of that of the mobility's eigenvalues; with masses in grams all but the scale stays."""
+    arm = random_arm(3, "RRRRRRRR")
+    q, qd, _ = motion(3, arm.n)
+    mobility = task.jacobian(arm, q) @ np.linalg.inv(mass_matrix(arm, q)) @ np.swapaxes(task.jacobian(arm, q), 1, 2)
+    values = np.linalg.eigvalsh(mobility)
+    for threshold in (1e-3, 0.05, 0.3):
+        how = Reduced(threshold)
+        found = task_space_dynamics(arm, q, qd, task=task, near_singular=how)
+        np.testing.assert_allclose(found.condition, np.sqrt(values[:, -1] / values[:, 0]), rtol=1e-8)
+        np.testing.assert_array_equal(found.rank, (np.sqrt(values / values[:, -1:]) > threshold).sum(axis=1))
+        for scale in (1e-6, 1e6):
+            other = replace(arm, masses=scale * arm.masses, inertias=scale * arm.inertias)
+            scaled = task_space_dynamics(other, q, qd, task=task, near_singular=how)
+            np.testing.assert_array_equal(scaled.rank, found.rank)
+            assert error(scaled.inertia / scale, found.inertia) < 1e-9
 
 
 def test_damping_begins_smoothly() -> None:

@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 
 from drivetrain.drive.amplifier import (
+    LEAST_PEAK_TIME,
     Amplifier,
     Supply,
     available_voltage,
     conduction_loss,
     from_dc,
+    judges_overload,
     line_to_line,
     to_dc,
     torque_constant_to_dc,
+    with_peak_time,
 )
 from drivetrain.errors import InputError
 
@@ -67,6 +70,20 @@ def test_limits_must_be_positive() -> None:
         Supply(voltage=-48.0, peak_power=0.0, regenerated_power=-1.0)
     assert len(caught.value.faults) == 3
     assert Supply(voltage=48.0, regenerated_power=0.0).peak_power is None
+
+
+def test_overload_is_judged_by_a_time_or_a_time_constant() -> None:
+    """With a continuous current and a way to say how long more than that may flow; a peak time is assumed else."""
+    both = {"peak_current": 9.0, "continuous_current": 5.0}
+    for given, judged in (
+        (both, False), ({**both, "peak_time": 2.0}, True), ({**both, "thermal_time_constant": 3.0}, True),
+        ({"peak_time": 2.0, **both, "continuous_current": None}, False),
+        ({"continuous_current": 5.0, "peak_time": 2.0}, False), ({"peak_current": 9.0}, False),
+    ):  # fmt: skip
+        amplifier = Amplifier(**given)
+        assert judges_overload(amplifier) == judged
+        assumed = with_peak_time(amplifier).peak_time
+        assert assumed == (LEAST_PEAK_TIME if given == both else given.get("peak_time"))
 
 
 def test_modulation_is_a_share_of_the_supply() -> None:

@@ -12,6 +12,7 @@ from drivetrain.drive.gear import (
     HOLDING,
     Gear,
     average_torque,
+    complete,
     gear_life,
     has_drag_data,
     mesh,
@@ -212,3 +213,15 @@ def test_all_faults_of_a_sheet_at_once() -> None:
     fields = "ratio kind efficiency backdriving_efficiency inertia stiffness_1".split()
     assert places == {f"gear bad.{field}" for field in fields}
     assert Gear("locks", 60.0, efficiency=0.4, backdriving_efficiency=-0.2).backdriving_efficiency == -0.2
+
+
+def test_an_ideal_gear_adds_nothing_that_is_not_stated() -> None:
+    bare = complete(Gear("i", 5.0, kind="ideal"))
+    assert (bare.efficiency, bare.inertia) == (1.0, 0.0)
+    stated = complete(Gear("i", 5.0, kind="ideal", efficiency=0.9, inertia=2e-5))
+    assert (stated.efficiency, stated.inertia) == (0.9, 2e-5)
+
+
+def test_a_gear_without_load_needs_nothing_to_be_held() -> None:
+    found = standstill_interval(Gear("p", 10.0, kind="planetary", efficiency=0.9), np.array([0.0, 3.0, -3.0]))
+    assert found.hold[0] == 0.0 and found.hold[1] == -found.hold[2] > 0.0

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, design_loops, given_loops
+from drivetrain.drive.loops.loop_design import MODULUS_MARGIN, Margins, design_loops, given_loops
 from drivetrain.drive.loops.servo_axis import (
     Notch,
     ServoAxis,
@@ -108,6 +108,57 @@ def test_a_loop_that_hunts_is_not_called_stable() -> None:
     )
 
 
+def test_a_continuous_cascade_by_hand() -> None:
+    """A rigid joint with friction and a notch: responses as products of their factors, poles as the roots of theirs."""
+    axis, notch = replace(RIGID, viscous=0.02), Notch(300.0, 0.1, 0.7)
+    timing = ServoTiming(4000.0)
+    gain, integral, outer = 0.5, 0.03, 40.0
+    found = given_loops(axis, timing, gain, integral, outer, notch=notch)
+    s = 1j * found.frequencies
+    filtered = (s**2 + 2 * 0.1 * 300.0 * s + 300.0**2) / (s**2 + 2 * 0.7 * 300.0 * s + 300.0**2)
+    plant = 0.03 / (axis.whole_inertia * s + 0.02) / (1.0 + s / 4000.0) * filtered
+    speed = gain * (1.0 + 1.0 / (integral * s)) * plant
+    np.testing.assert_allclose(found.speed_loop, speed, rtol=1e-8)
+    np.testing.assert_allclose(found.position_loop, outer / s * speed / (1.0 + speed), rtol=1e-8)
+    for pole in found.poles:  # of the closed cascade: 1 plus the open position loop is 0
+        s = np.array([pole])
+        filtered = (s**2 + 60.0 * s + 9e4) / (s**2 + 420.0 * s + 9e4)
+        speed = (
+            gain * (1.0 + 1.0 / (integral * s)) * 0.03 / (axis.whole_inertia * s + 0.02) / (1.0 + s / 4e3) * filtered
+        )
+        assert abs(1.0 + speed + outer / s * speed)[0] < 1e-6 * (1.0 + abs(speed[0]) + abs(outer / s * speed)[0])
+
+
+def test_poles_of_fast_samples_are_those_of_a_continuous_loop() -> None:
+    gains = (0.5, 0.03, 40.0)
+    slow = sorted(given_loops(SOFT, ServoTiming(4000.0), *gains).poles, key=abs)
+    fast = sorted(given_loops(SOFT, ServoTiming(4000.0, 1e-6), *gains).poles, key=abs)[: len(slow)]
+    # A hold and a difference of 1 us each turn the phase by w/1e6.
+    np.testing.assert_allclose(np.abs(fast), np.abs(slow), rtol=0.02)
+    np.testing.assert_allclose(np.real(fast), np.real(slow), rtol=0.02, atol=1.0)
+
+
+def test_a_pole_on_either_side_of_the_axis_settles_or_not() -> None:
+    """Integral action around an integrator with a lag: Routh, stable if the integral time is above the lag."""
+    for integral, stable in ((1.2e-3, True), (0.8e-3, False)):
+        assert given_loops(RIGID, ServoTiming(1000.0), 0.01, integral, 1e-6).stable == stable
+
+
+def test_the_margin_nearest_to_one_of_several() -> None:
+    margins = Margins(((1.0, 8.0), (2.0, 1.5), (3.0, 0.2)), ((1.0, 1.2), (2.0, -0.3), (3.0, 0.8)))
+    assert margins.least_gain == 1.5 and margins.least_phase == -0.3
+    below = Margins(((1.0, 4.0), (3.0, 0.5)), ())
+    assert below.least_gain == 0.5 and below.least_phase == math.inf
+
+
+def test_without_the_margin_the_stable_design_with_the_largest_one_is_given() -> None:
+    axis, timing = replace(SOFT, spring_damping=0.02), ServoTiming(3000.0, 1e-3, 1)
+    found = design_loops(axis, timing, modulus_margin=0.99)
+    assert found.stable and found.modulus_margin < 0.99
+    others = (design_loops(axis, timing, speed_bandwidth=found.speed_bandwidth * f) for f in (1.1, 1.5, 2.0, 3.0))
+    assert all(other.modulus_margin <= found.modulus_margin + 1e-9 for other in others if other.stable)
+
+
 def test_a_notch_is_deep_in_its_middle_and_nothing_far_from_it() -> None:
     """And the same as a library's bilinear transform."""
     notch, period = Notch(700.0, 0.1, 0.7), 1e-3
@@ -150,6 +201,15 @@ def test_a_spring_without_damping_may_leave_nothing() -> None:
     design = design_loops(bare, ServoTiming(3000.0, 1e-3, 1))
     assert not design.stable and design.limited_by == "resonance of the joint's spring"
     assert design_loops(bare, ServoTiming(3000.0)).modulus_margin < 1.0  # and nothing is divided by zero
+
+
+@pytest.mark.parametrize("delay", range(4))
+def test_the_limit_of_samples_is_where_the_plants_poles_leave_the_circle(delay: int) -> None:
+    timing = ServoTiming(period=1e-3, delay=delay)
+    plant, limit = servo_plant(RIGID, timing), sampled_limit(RIGID, timing)
+    for share, stable in ((0.99, True), (1.01, False)):
+        poles = control.feedback(plant * (share * limit)).poles()
+        assert (np.abs(poles).max() < 1.0) == stable
 
 
 @pytest.mark.parametrize(("delay", "share"), [(0, 2.0), (1, 2.0 * (math.sqrt(2.0) - 1.0))])

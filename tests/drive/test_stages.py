@@ -64,6 +64,54 @@ def test_a_chain_is_its_stages_one_after_the_other() -> None:
         chained([BALL, BELT])
 
 
+def test_limits_and_stiffness_of_slides_from_the_force_along_them() -> None:
+    """Force times radius or lead, and a spring along the slide seen as a torsional one, for numbers that all differ."""
+    rack = Stage("rack", efficiency=0.9, diameter=0.06, force_limit=900.0, axial_stiffness=3e6, stiffness=5e3)
+    line = Stage("belt", efficiency=0.95, diameter=0.05, tooth_force=40.0, force_limit=700.0, axial_stiffness=4e5)
+    screw = Stage("screw", efficiency=0.9, lead=0.003, root_diameter=0.016, length=0.7, force_limit=800.0)
+    for one, arm in ((rack, 0.03), (line, 0.025), (screw, 0.003)):
+        assert one.travel == pytest.approx(arm)
+        assert one.torque_limits["force"] == pytest.approx(one.force_limit * arm)
+        assert chained([one]).travel == pytest.approx(arm)
+    assert line.torque_limits["teeth in mesh"] == pytest.approx(40.0 * 0.025)  # one tooth unless more are stated
+    assert rack.compliance == pytest.approx(1.0 / 5e3 + 1.0 / (3e6 * 0.03**2))
+    assert line.compliance == pytest.approx(1.0 / (4e5 * 0.025**2))
+    rod = 2.06e11 * math.pi * 0.016**2 / 4.0 / 0.7
+    assert screw.compliance == pytest.approx(1.0 / (rod * 0.003**2))
+    assert BELT.travel is None and WORM.travel is None
+    for kind, given in (("gear", {"ratio": 3.0}), ("worm", {"ratio": 30.0})):
+        with pytest.raises(InputError, match="diameter"):
+            Stage(kind, efficiency=0.9, force_limit=100.0, **given)
+
+
+def test_three_stages_in_series_by_the_whole_matrix() -> None:
+    """Springs and inertias between gear and joint: compliance at the joint with the gear's output held, kinetic energy
+    at a given speed, and each limit alone, with turns of every shaft from the joint backwards.
+    """
+    given = ((3.0, 4e2, 5e-4, 90.0, 500.0), (2.0, 9e2, 3e-3, 200.0, 90.0), (5.0, 8e3, 2e-2, 1500.0, 70.0))
+    stages = [
+        Stage("gear", 0.9, ratio=r, stiffness=k, inertia=j, torque_limit=t, speed_limit=w, mass=1.0, price=7.0)
+        for r, k, j, t, w in given
+    ]
+    found = chained(stages)
+    turns = [30.0, 10.0, 5.0, 1.0]  # of the shafts, gear's output first, per turn of the joint
+    energy = sum(j * turn**2 for (_, _, j, _, _), turn in zip(given, turns, strict=False))
+    assert (found.ratio, found.mass, found.price) == (30.0, 3.0, 21.0)
+    assert found.inertia * 30.0**2 == pytest.approx(energy)
+    # A torque of 1 at the joint is 1/turns at each output, whose twist is seen at the joint divided by the turns again.
+    twists = [1.0 / (k * turn**2) for (_, k, _, _, _), turn in zip(given, turns[1:], strict=True)]
+    assert found.compliance == pytest.approx(sum(twists))
+    carried = sum(j * turns[i] ** 2 * sum(twists[:i]) for i, (_, _, j, _, _) in enumerate(given))
+    assert found.carried == pytest.approx(carried)
+    assert found.torque == pytest.approx(min(t * turn for (*_, t, _), turn in zip(given, turns[1:], strict=True)))
+    assert found.speed == pytest.approx(min(w / turn for (*_, w), turn in zip(given, turns, strict=False)))
+    direct = with_stages(NO_GEAR, found)
+    for name in ("stiffness_1", "stiffness_2", "stiffness_3"):
+        assert getattr(direct, name) == pytest.approx(1.0 / found.compliance)
+    assert direct.inertia == pytest.approx(found.inertia)
+    assert direct.stage_sprung == pytest.approx(carried / found.compliance)
+
+
 def test_a_gear_with_a_chain_is_mechanics_done_twice() -> None:
     gear = Gear("p20", -20.0, kind="planetary", efficiency=0.8, inertia=1e-6, repeated_peak_torque=30.0, backlash=1e-3,
                 stiffness_1=500.0, continuous_torque=15.0)  # fmt: skip

@@ -6,10 +6,14 @@ import mujoco
 import numpy as np
 import pytest
 from pinned_arm import constrained
+from scipy.linalg import eigh
 
 import drivetrain as dt
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
+from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.rotors import Rotor
 from drivetrain.dynamics.closed import whole_motion
+from drivetrain.dynamics.flexibility import locked_frequencies
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.export.urdf import urdf_text
 from drivetrain.spatial.poses import exp_pose, pose
@@ -105,6 +109,30 @@ def test_closed_positions_speeds_accelerations(name):
     # Rounding of 1e-16 in a second difference over 1e-10 gives some 1e-5; the truncation error is of the same size.
     np.testing.assert_allclose((after - before) / (2 * step), found.velocity, atol=1e-6 * np.abs(qd).max() * 10)
     np.testing.assert_allclose((after - 2 * here + before) / step**2, found.acceleration, rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_locked_frequencies_of_loops(name):
+    """The eigenvalues of stiffness and mass, whose columns are torques per unit of acceleration."""
+    arm = CASES[name]
+    q = motion(arm, samples=3)[0]
+    zero, stiffness = np.zeros(q.shape), np.geomspace(1e5, 4e5, arm.n)
+    held = inverse_dynamics(arm, q, zero, zero)
+    mass = np.stack([inverse_dynamics(arm, q, zero, zero + unit) - held for unit in np.eye(arm.n)], axis=2)
+    squares = np.array([eigh(np.diag(stiffness), one, eigvals_only=True) for one in mass])
+    np.testing.assert_allclose(locked_frequencies(arm, q, stiffness), np.sqrt(squares) / (2.0 * np.pi), rtol=1e-7)
+
+
+def test_motors_of_a_closed_loop_have_the_torque_over_their_ratio():
+    ratios = (120.0, -90.0, 60.0, 100.0, 40.0)[: CASES["palletiser"].n]
+    arm = with_rotors(CASES["palletiser"], [Rotor(ratio, inertia=2e-4) for ratio in ratios])
+    q, qd, qdd = motion(arm, samples=4)
+    found = joint_loads(arm, q, qd, qdd)
+    np.testing.assert_allclose(found.torque, inverse_dynamics(arm, q, qd, qdd), rtol=1e-12)
+    np.testing.assert_allclose(found.motor * ratios, found.torque, rtol=1e-12)
+    one = joint_loads(arm, q[1], qd[1], qdd[1])
+    for name in ("torque", "gear", "motor", "wrench", "carrier_acceleration"):
+        np.testing.assert_allclose(getattr(one, name), getattr(found, name)[1], rtol=1e-10, atol=1e-10)
 
 
 def mujoco_model(arm):

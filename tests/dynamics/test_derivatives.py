@@ -152,6 +152,12 @@ def test_one_sample_is_a_row_of_a_batch() -> None:
         for name in ("q", "qd", "qdd"):
             assert getattr(one, name).shape == (arm.n, arm.n)
             np.testing.assert_allclose(getattr(one, name), getattr(batch, name)[k], rtol=1e-12, atol=1e-12)
+    matrix = np.eye(arm.n) + np.eye(arm.n, k=-1)  # coupled motors: shaft i turns with joints i and i - 1
+    coupled = with_coupling(arm, matrix)
+    batch = inverse_dynamics_derivatives(coupled, *samples)
+    one = inverse_dynamics_derivatives(coupled, *(x[3] for x in samples))
+    for name in ("q", "qd", "qdd"):
+        np.testing.assert_allclose(getattr(one, name), getattr(batch, name)[3], rtol=1e-12, atol=1e-12)
     empty = inverse_dynamics_derivatives(arm, *(x[:0] for x in samples))
     assert empty.q.shape == (0, arm.n, arm.n)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.linalg import eigh
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.files.load import load_arm
@@ -19,6 +20,7 @@ from drivetrain.dynamics.flexibility import (
     free_frequencies,
     free_mass,
     locked_frequencies,
+    locked_mass,
     tip_compliance,
     tip_jacobian,
 )
@@ -52,6 +54,15 @@ def random_arm(seed: int, *, unbalanced: bool = True) -> Arm:
 def test_one_mass_on_a_spring() -> None:
     found = locked_frequencies(pendulum(0.8), [0.3], [5000.0])
     np.testing.assert_allclose(found, [math.sqrt(5000.0 / 0.8) / (2 * math.pi)], rtol=1e-14)
+
+
+def test_what_a_spring_carries_beside_the_arm_adds_to_its_inertia() -> None:
+    """The frequencies of the eigenvalue problem of stiffness and mass, with and without further inertias."""
+    arm, q, stiffness = random_arm(5), np.linspace(-1.0, 1.0, 6), np.geomspace(2e3, 2e5, 6)
+    for added in (np.zeros(6), np.array([0.1, 3.0, 0.0, 0.5, 0.02, 1.0])):
+        squares = eigh(np.diag(stiffness), locked_mass(arm, q) + np.diag(added), eigvals_only=True)
+        found = locked_frequencies(arm, q, stiffness, added=added)
+        np.testing.assert_allclose(found, np.sqrt(squares) / (2.0 * math.pi), rtol=1e-10)
 
 
 def rotor_inertias(arm: Arm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

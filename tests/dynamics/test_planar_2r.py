@@ -8,7 +8,7 @@ import pytest
 from drivetrain.arm.arm import Arm
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm, planar_2r_terms, planar_2r_torque
 from drivetrain.dynamics.derivatives import coriolis_matrix
-from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
+from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, joint_loads
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.errors import InputError
 
@@ -42,6 +42,9 @@ def test_the_arm_made_of_it(chain: Planar2R) -> None:
     np.testing.assert_allclose((coriolis_matrix(arm, q, qd) @ qd[:, :, None])[..., 0], terms.velocity, atol=1e-12)
     np.testing.assert_allclose(gravity_torque(arm, q), terms.gravity, atol=1e-12)
     np.testing.assert_allclose(inverse_dynamics(arm, q, qd, qdd), planar_2r_torque(chain, q, qd, qdd), atol=1e-12)
+    np.testing.assert_array_equal(
+        joint_loads(arm, q, qd, qdd).wrench[:, :, [0, 1, 5]], 0.0
+    )  # all forces are in the plane
     assert isinstance(arm, Arm) and arm.tip[0, 3] == pytest.approx(sum(chain.lengths))
 
 

@@ -83,6 +83,6 @@ def test_wrong_input() -> None:
             sweep_ratio(arm, q, [10.0])
     with pytest.raises(InputError, match="no rotors"):
         with_ratio(load_arm("ur5"), 10.0)
-    for matrix in (np.zeros((2, 3)), np.diag([1.0, 0.0]), np.ones(3), [[np.inf, 0], [0, 1]]):
+    for matrix in (np.ones((2, 3)), np.diag([1.0, 0.0]), np.ones(3), [[np.inf, 0], [0, 1]]):
         with pytest.raises(InputError, match="matrix"):
             coupling(matrix)

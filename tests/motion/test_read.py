@@ -407,3 +407,13 @@ def test_accelerations_of_a_load_table_must_be_those_of_its_speed(tmp_path):
     text = "t [s],torque [Nm],speed [rad/s],acceleration [rad/s^2]\n0,1,0,2\n1,1,4,2\n2,1,8,2\n"
     with pytest.raises(InputError, match="not the derivative of speed"):
         read_load_table(table_file(tmp_path, text))
+
+
+def test_the_error_of_coarse_sampling_is_that_of_a_second_difference(tmp_path):
+    """Of a sine with w h = 1.2 between samples it is (w h)^2/12, as found to about a tenth."""
+    time = 0.3 * np.arange(80)
+    wave = np.sin(4.0 * time)
+    motion = read_motion(write(tmp_path, ["time [s]", "elbow [rad]"], [time, wave]), ["elbow"])
+    (note,) = [note for note in warnings(motion) if "sampled coarsely" in note]
+    share = float(note.split("about ")[1].split(" %")[0])
+    assert share == pytest.approx(100.0 * 1.2**2 / 12.0, rel=0.15)

@@ -113,6 +113,23 @@ def test_sections() -> None:
     assert square.torsion == pytest.approx(26e9 * 0.002 * 0.058**3, rel=1e-12)
 
 
+def test_box_tube_is_the_integral_over_its_walls() -> None:
+    """Second moments about x and y of what is steel, by the integral of the width at each height."""
+    width, height, wall = 0.08, 0.05, 0.003
+    box = box_tube(width, height, wall, 70e9, 26e9)
+
+    def second(across: float, along: float) -> float:
+        def steel(z: float) -> float:
+            return across if abs(z) > along / 2 - wall else 2 * wall
+
+        return quad(lambda z: steel(z) * z**2, -along / 2, along / 2, points=[-along / 2 + wall, along / 2 - wall])[0]
+
+    assert box.bending_x == pytest.approx(70e9 * second(width, height), rel=1e-12)
+    assert box.bending_y == pytest.approx(70e9 * second(height, width), rel=1e-12)
+    middle = (width - wall) * (height - wall)  # Bredt, second formula: 4 A^2 / the integral of ds/t
+    assert box.torsion == pytest.approx(26e9 * 4 * middle**2 / (2 * (width + height - 2 * wall) / wall), rel=1e-12)
+
+
 def test_axes_of_a_beam() -> None:
     plain = Beam(SECTION, np.zeros(3), np.array([0.0, 0.0, 2.0]))
     np.testing.assert_array_equal(plain.axes, np.eye(3))

@@ -8,7 +8,7 @@ import pytest
 from drivetrain.errors import InputError
 from drivetrain.spatial.poses import pose
 from drivetrain.spatial.rotations import exp_rotation, log_rotation
-from drivetrain.spatial.tool_path import Piece, ToolPath
+from drivetrain.spatial.tool_path import STRAIGHT, Piece, ToolPath
 
 START = pose(exp_rotation([0.2, -0.1, 0.4]), [0.4, 0.0, 0.3])
 CORNER = pose(exp_rotation([1.1, 0.3, 0.4]), [0.4, 0.2, 0.3])
@@ -67,3 +67,15 @@ def test_invalid_circles_and_corners_are_errors() -> None:
         ToolPath((line,)).length  # noqa: B018
     with pytest.raises(InputError, match="longer than its roundings"):
         chain(0.15, 0.3)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_what_counts_as_straight_does_not_depend_on_the_size(size: float) -> None:
+    """Via is half way and off the chord by ``bend`` of it, so that the sine of the angle at the start is ``2 bend``."""
+    for bend, valid in ((2.0 * STRAIGHT, True), (0.2 * STRAIGHT, False)):
+        piece = Piece(pose(), pose(None, [size, 0.0, 0.0]), size * np.array([0.5, bend, 0.0]))
+        if valid:
+            assert piece.length == pytest.approx(size, rel=1e-6)
+        else:
+            with pytest.raises(InputError, match="no line holds"):
+                piece.length  # noqa: B018
