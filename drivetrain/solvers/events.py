@@ -22,7 +22,8 @@ _EPSILON = float(np.finfo(np.float64).eps)
 _ZENO_LIMIT, _REPEAT_WEIGHT, _SIMULTANEOUS = 50, 5, 1e-9
 _STEP_AFTER_REPEAT = 0.25  # factor on the step when the event just handled fires again at its beginning
 _LAST_SHIFT = 1e-3  # a Newton correction smaller than this share of the step is the last
-_SUBINTERVALS = 2  # equal parts of a step at whose ends the event functions are evaluated
+_SUBINTERVALS = 4  # equal parts of a step at whose ends the event functions are evaluated
+_JUST_LEFT = 1e-9  # share of a value that counts as zero a part of a step earlier
 _MOST_ITERATIONS = 160  # of the root finding
 
 
@@ -62,17 +63,22 @@ def first_event(run: Any, states: Any, point: Array, events: Any, values: Array,
     """
     run.count.fired = -1
     for k in range(len(events)):
+        events[k].before = -1.0
         events[k].left = events[k].start
     for part in range(_SUBINTERVALS):
-        high = (part + 1) / _SUBINTERVALS
-        _events_within_step(run, states, high, h, point, values)
+        end = (part + 1) / _SUBINTERVALS
+        _events_within_step(run, states, end, h, point, values)
         for k in range(len(events)):
             events[k].latest = values[k]
         first = 2.0
         for k in range(len(events)):
-            event, low = events[k], part / _SUBINTERVALS
+            event, low, high = events[k], part / _SUBINTERVALS, end
             if not (event.latest < 0.0 and event.latest < event.left):
-                continue
+                high = _dip(run, states, point, event, k, values, low, h)
+                if high == 0.0:
+                    continue
+                if high < low:
+                    low -= 1.0 / _SUBINTERVALS
             at_low = event.left <= 0.0  # zero at the beginning and falling: it fires there
             if at_low and part == 0:  # unless it first becomes positive and returns to zero within the step
                 low = _first_positive(run, states, point, event, k, values, h)
@@ -83,8 +89,33 @@ def first_event(run: Any, states: Any, point: Array, events: Any, values: Array,
         if first <= 1.0:
             return first
         for k in range(len(events)):
+            events[k].before = events[k].left
             events[k].left = events[k].latest
     return 2.0
+
+
+@law
+def _dip(run: Any, states: Any, point: Array, event: Any, k: int, values: Array, middle: float, h: float) -> float:
+    """A share of the step at which event value k is negative, between three shares at which it is positive.
+
+    These are ``middle`` and its neighbours, with the values ``before``, ``left`` and ``latest`` of the event. The share
+    is the minimum of the parabola through them; 0 if the value there is not negative. ``left`` and ``latest`` become
+    the values at the ends of the interval that ends there. A value that has just left zero is not asked, since the
+    dense output would not decide.
+    """
+    slope, bend = 0.5 * (event.latest - event.before), event.before - 2.0 * event.left + event.latest
+    if not (event.before > _JUST_LEFT * event.left > 0.0 and abs(slope) < bend):
+        return 0.0
+    if event.left - 0.5 * slope * slope / bend >= 0.0:
+        return 0.0
+    share = middle - slope / bend / _SUBINTERVALS
+    _events_within_step(run, states, share, h, point, values)
+    if not values[k] < 0.0:
+        return 0.0
+    event.latest = values[k]
+    if share < middle:
+        event.left = event.before
+    return share
 
 
 @law

@@ -35,7 +35,7 @@ STATE = np.dtype([
 ])  # fmt: skip
 """One state."""
 
-EVENT = np.dtype(_record(np.float64, "start left latest"))
+EVENT = np.dtype(_record(np.float64, "start before left latest"))
 """Value of an event function: at the beginning of the step, at that of the searched subinterval, and the latest."""
 
 SEGMENT = np.dtype(_record(np.float64, "end limit"))

@@ -93,21 +93,34 @@ class Reader:
                 b, v, u, kept = at, value, u / 2.0 if kept == "left" else u, "left"
         return b
 
+    def dip(self, t: float, h: float, k: int, middle: float, three: tuple[float, float, float]) -> tuple[float, float]:
+        """Where the parabola through three values that are positive is lowest, and what is found there."""
+        curve = np.polynomial.Polynomial.fit([-1.0, 0.0, 1.0], three, 2, domain=[-1.0, 1.0])
+        bend = float(curve.deriv(2)(0.0))
+        at = float(-curve.deriv()(0.0) / bend) if bend > 0.0 else math.inf
+        if not three[0] > 1e-9 * three[1] > 0.0 or three[2] < 0.0 or not abs(at) < 1.0 or curve(at) >= 0.0:
+            return 2.0, 0.0
+        return middle + 0.25 * at, self.look(t + (middle + 0.25 * at) * h)[k]
+
     def first(self, t: float, h: float, old: list[float]) -> tuple[float, int, list[float]]:
         """The share of a step at which the first event lies, which, and the values last seen."""
         found: list[tuple[float, int]] = []
-        for half in (0.5, 1.0):
-            new = self.look(t + half * h)
+        older = [-1.0] * KINDS
+        for end in (0.25, 0.5, 0.75, 1.0):
+            new = self.look(t + end * h)
             for k in range(KINDS):
-                low, before = half - 0.5, old[k]
-                if new[k] >= 0.0 or (before <= 0.0 and new[k] >= before):
-                    continue
-                if before <= 0.0 and half == 0.5:
+                low, high, before, after = end - 0.25, end, old[k], new[k]
+                if after >= 0.0 or (before <= 0.0 and after >= before):
+                    high, after = self.dip(t, h, k, low, (older[k], before, after))
+                    if after >= 0.0:
+                        continue
+                    low, before = (low, before) if high >= low else (low - 0.25, older[k])
+                if before <= 0.0 and end == 0.25:
                     low, before = self.leaves(t, h, k)
-                found.append((low if before <= 0.0 else self.root(t, h, k, (low, half), (before, new[k])), k))
+                found.append((low if before <= 0.0 else self.root(t, h, k, (low, high), (before, after)), k))
             if found:
                 break
-            old = new
+            older, old = old, new
         return (*min(found, default=(2.0, -1), key=lambda pair: pair[0]), new)
 
     def closer(self, t: float, h: float, whole: float, k: int) -> float:

@@ -53,11 +53,16 @@ def slipping_loss(dry: Any) -> float:
 
 @part
 def _breakaway_torque(dry: Any, transmitted: float, direction: int) -> float:
-    """Friction of joint, motor and mesh that must be exceeded to break loose in a direction [N m]."""
-    joint = static_bound(dry.joint, direction)
-    load = transmitted + direction * joint
-    mesh = dry.driving * load if direction * load > 0.0 else -dry.driven * load
-    return joint + static_bound(dry.motor, direction) + direction * mesh
+    """Friction of joint, motor and mesh that must be exceeded to break loose in a direction [N m].
+
+    A self-locking mesh holds more with less friction at its joint, which then loads it more, so the sliding friction of
+    the joint is tried too: otherwise a coordinate could break loose, but not slide.
+    """
+    most, motor = 0.0, static_bound(dry.motor, direction)
+    for joint in (static_bound(dry.joint, direction), sliding_bound(dry.joint, direction)):
+        load = direction * transmitted + joint
+        most = max(most, joint + motor + (dry.driving if load > 0.0 else -dry.driven) * load)
+    return most
 
 
 @part
@@ -149,40 +154,59 @@ def _correct_stuck(coordinates: Any, pairs: Any, h: float, i: int, load: float) 
 
 
 @part
-def _correct_sliding(one: Any, load: float) -> bool:
-    """Change the mode of a slipping coordinate that has reversed to stick; whether its mode was changed.
-
-    A change of the sign of the transmitted torque counts too, since the loss of the mesh depends on it.
-    """
+def _correct_sliding(one: Any) -> bool:
+    """Change the mode of a slipping coordinate that has reversed to stick; whether its mode was changed."""
     dry = one.dry
     one.margin = (one.relative + one.change) * dry.mode
     if one.margin < 0.0 and not dry.mode_fixed:
         dry.mode = 0
         return True
-    load += dry.mode * sliding_bound(dry.joint, dry.mode)
-    if load * dry.load_sign < 0.0:
+    return False
+
+
+@part
+def _correct_sign(dry: Any, load: float) -> bool:
+    """Correct the sign of the torque that a slipping mesh transmits, on which its loss depends; whether it mattered."""
+    if (load + dry.mode * sliding_bound(dry.joint, dry.mode)) * dry.load_sign < 0.0:
         dry.load_sign = -dry.load_sign
         return dry.driving != 0.0 or dry.driven != 0.0
     return False
 
 
 @part
+def _transmitted(coordinates: Any, pairs: Any, i: int) -> float:
+    """Torque that the mesh of coordinate i transmits, without friction at its joint; 0 if it has no loss [N m]."""
+    dry, load = coordinates[i].dry, 0.0
+    if dry.driving != 0.0 or dry.driven != 0.0:
+        load = coordinates[i].transmitted
+        for k in range(len(coordinates)):
+            load += pairs[i, k].transmitted * coordinates[k].change
+    return load
+
+
+@part
 def _correct(coordinates: Any, pairs: Any, h: float, single: bool) -> int:
-    """Correct the modes that the solution contradicts, or (``single``) only the first; returns how many."""
+    """Correct the modes that the solution contradicts, or (``single``) only the first; returns how many.
+
+    Signs of transmitted torques come first, since with a wrong one a coordinate may seem not to slip.
+    """
     c, corrected = len(coordinates), 0
+    if not single:
+        for i in range(c):
+            dry = coordinates[i].dry
+            if dry.active and dry.mode != 0 and _correct_sign(dry, _transmitted(coordinates, pairs, i)):
+                corrected += 1
+        if corrected > 0:
+            return corrected
     for i in range(c):
         one = coordinates[i]
         if not one.dry.active:
             continue
-        load = 0.0
-        if one.dry.driving != 0.0 or one.dry.driven != 0.0:
-            load = one.transmitted
-            for k in range(c):
-                load += pairs[i, k].transmitted * coordinates[k].change
+        load = _transmitted(coordinates, pairs, i)
         if one.dry.mode == 0:
             changed = _correct_stuck(coordinates, pairs, h, i, load)
         else:
-            changed = _correct_sliding(one, load)
+            changed = _correct_sliding(one) or _correct_sign(one.dry, load)
         if changed:
             corrected += 1
             if single:

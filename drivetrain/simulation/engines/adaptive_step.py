@@ -223,6 +223,7 @@ class AdaptiveStep(Engine):
             numbers = initial_memory(plan, options.start)
         else:
             sizes = {"run": at.RUN.itemsize // 8, "states": moving * (at.STATE.itemsize // 8)}
+            sizes["events"] = len(_event_names(plan)) * (at.EVENT.itemsize // 8)
             numbers = resumed(kept, plan, {**sizes, "jacobian": moving * (moving + 1)})
             first = float(kept["run"].view(at.RUN)["clock"]["time"][0])
         start = numbers[plan.memory.view(numbers, "states")["value"][:moving]]
@@ -264,23 +265,28 @@ def _with_engine_sections(plan: Plan, numbers: Array, sparsity: Any) -> Array:
     return np.concatenate([numbers, *(np.ascontiguousarray(values).view(np.float64) for values in sections.values())])
 
 
-def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
-    """The initial value problem of a plan for the compiled solver; it works on the memory ``numbers`` by address."""
+def _event_names(plan: Plan) -> tuple[str, ...]:
+    """What the event functions of a plan belong to: coordinates, then effects with a guard; empty if none can fire."""
     guarded = tuple(one.title for one in plan.instances if one.ports.guard)
-    event_names = (*plan.coordinates, *guarded)
-    changes = Events(right_side(_event_values), right_side(_handler), event_names)
     dry = any(
         effects
         for name, effects in plan.signals.contributors.items()
         if "_hold_" in name or "_slide_" in name or ".mesh_dri" in name
     )
+    return (*plan.coordinates, *guarded) if guarded or dry else ()
+
+
+def _problem(plan: Plan, numbers: Array) -> CompiledProblem:
+    """The initial value problem of a plan for the compiled solver; it works on the memory ``numbers`` by address."""
+    event_names = _event_names(plan)
+    changes = Events(right_side(_event_values), right_side(_handler), event_names) if event_names else None
     width = 1 + len(plan.layout.columns)
     hooks = Hooks(right_side(_account), right_side(_output_row), width, right_side(_segment_start))
     names = tuple(plan.memory.states)[: plan.memory.moving]
     groups = int(plan.memory.view(numbers, "sections")["count"][AT.groups])
     return CompiledProblem(
         right_side(rates), len(names), words=parts_of(numbers), jacobian=right_side(jacobian.jacobian),
-        events=changes if guarded or dry else None, hooks=hooks, names=names, may_jump=True, differences=1 + groups,
+        events=changes, hooks=hooks, names=names, may_jump=True, differences=1 + groups,
     )  # fmt: skip
 
 
