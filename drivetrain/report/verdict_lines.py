@@ -32,7 +32,7 @@ from drivetrain.report.words import (
     set_lines,
 )
 from drivetrain.sizing.judge.checks import REQUIREMENTS
-from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection, placed_checks
+from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection
 from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
@@ -103,8 +103,10 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
         )
         lines.append(f"{joint}: {pair_name(motor, gear)}")
     for name, one in zip(names, found.evaluations, strict=True):
-        place, check = max(placed_checks(one), key=lambda item: item[1].utilisation or 0.0)
-        lines.append(f"{name}: {one.verdict}, limited by {place}: {_limit(check)}")
+        limited = (
+            "nothing was judged" if one.binding is None else f"limited by {one.binding[0]}: {_limit(one.binding[1])}"
+        )
+        lines.append(f"{name}: {one.verdict}, {limited}")
     unit = objective_tail(found.evaluations[0].study, " ")
     proof_text = "proven to be the least" if found.proven else f"not proven, at least {found.bound:.4g}{unit}"
     return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {proof_text}"]

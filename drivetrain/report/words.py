@@ -14,7 +14,7 @@ from drivetrain.sizing.judge.missing import gap_lines, uncounted
 from drivetrain.sizing.judge.missing import gaps as missing_gaps
 from drivetrain.sizing.judge.objectives import drive_price
 from drivetrain.sizing.judge.words import AMPERES
-from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection, placed_checks
+from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
 from drivetrain.study.model import DriveMass, Study, pair_name
 from drivetrain.study.parts.mounting import drive_mass
 from drivetrain.study.parts.verdicts import Check, Verdict, lacking
@@ -190,15 +190,9 @@ def joint_sentence(joint: JointResult) -> str:
     return f"{NOTHING[0].lower()}{NOTHING[1:-1]}" if joint.binding is None else check_sentence(joint.binding)
 
 
-def binding_place(evaluation: Evaluation) -> tuple[str, Check] | None:
-    """Place (joint, ``supply``, ``arm`` or ``catalogue``) and check that decide the verdict; None without any check."""
-    judged = [one for one in placed_checks(evaluation) if one[1].utilisation is not None]
-    return max(judged, key=lambda pair: pair[1].utilisation or 0.0, default=None)
-
-
 def overall_sentence(evaluation: Evaluation) -> str:
     """A sentence on the limit that decides the overall verdict."""
-    found = binding_place(evaluation)
+    found = evaluation.binding
     if found is None and evaluation.verdict is Verdict.FAIL:
         reason = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
         named = reason.partition(" ")[0] in {task.name for task in evaluation.study.joints}

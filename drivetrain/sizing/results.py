@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -121,8 +121,7 @@ class JointResult:
     @property
     def binding(self) -> Check | None:
         """The check with the highest utilisation; None if no check was made."""
-        judged = [check for check in self.checks if check.utilisation is not None]
-        return max(judged, key=lambda check: check.utilisation or 0.0, default=None)
+        return most_used(self.checks)
 
     def __repr__(self) -> str:
         binding = "nothing was judged" if self.binding is None else f"{self.binding.name} {_share(self.binding)}"
@@ -173,6 +172,15 @@ class Evaluation:
         return self.verdict in (Verdict.PASS, Verdict.MARGINAL)
 
     @property
+    def binding(self) -> tuple[str, Check] | None:
+        """Place and check of the highest utilisation, of each joint and of all joints together; None if none was made.
+
+        The place is the name of a joint, ``supply``, ``arm`` or ``catalogue``.
+        """
+        judged = [one for one in placed_checks(self) if one[1].utilisation is not None]
+        return max(judged, key=lambda one: one[1].utilisation or 0.0, default=None)
+
+    @property
     def checks(self) -> pd.DataFrame:
         """Every check as a table, one per row: joint, check, verdict, utilisation, required, available and unit."""
         from drivetrain.sizing.tables import ALL, check_table
@@ -181,24 +189,27 @@ class Evaluation:
 
     @property
     def summary(self) -> pd.DataFrame:
-        """Every check as a table, one per row: joint, check, verdict, utilisation, required, available and unit."""
+        """The drive of each joint with its verdict and the check of highest utilisation, one joint a row; below, the
+        checks of all joints together: ``supply``, ``arm`` and ``catalogue``, as far as they decide anything.
+        """
         import pandas as pd
 
-        rows = {
-            name: {
-                "motor": joint.motor, "gear": joint.gear, "verdict": str(joint.verdict),
-                "limited by": joint.binding.name if joint.binding else "",
-                "utilisation": joint.binding.utilisation if joint.binding else None,
-            }
-            for name, joint in self.joints.items()
-        }  # fmt: skip
+        checks = {name: joint.checks for name, joint in self.joints.items()}
+        for check in (one for one in self.shared if one.essential or one.verdict is not Verdict.NOT_CHECKED):
+            checks[shared_place(check)] = (*checks.get(shared_place(check), ()), check)
+        rows = {}
+        for name, made in checks.items():
+            binding, joint = most_used(made), self.joints.get(name)
+            rows[name] = {
+                "motor": joint.motor if joint else "", "gear": joint.gear if joint else "",
+                "verdict": str(verdict_of(made)), "limited by": binding.name if binding else "",
+                "utilisation": binding.utilisation if binding else None,
+            }  # fmt: skip
         return pd.DataFrame.from_dict(rows, orient="index")
 
     def __repr__(self) -> str:
-        used = [(name, joint.binding) for name, joint in self.joints.items() if joint.binding]
-        name, binding = max(used, key=lambda one: one[1].utilisation or 0.0, default=("", None))
         joints = f"{len(self.joints)} joint{'s' * (len(self.joints) > 1)}"
-        most = "" if binding is None else f", {name} {binding.name} {_share(binding)}"
+        most = "" if self.binding is None else f", {self.binding[0]}: {self.binding[1].name} {_share(self.binding[1])}"
         return f"Evaluation({self.study.name}: {self.verdict}, {joints}{most}{self.study.warned('study.notes')})"
 
     def _repr_html_(self) -> str:
@@ -234,6 +245,12 @@ class Evaluation:
         ax.set(xlabel="motor speed [rad/s]", ylabel="motor torque [N m]")
         ax.legend()
         return ax
+
+
+def most_used(checks: Iterable[Check]) -> Check | None:
+    """The check with the highest utilisation; None if none was made."""
+    made = (check for check in checks if check.utilisation is not None)
+    return max(made, key=lambda check: check.utilisation or 0.0, default=None)
 
 
 def _share(check: Check) -> str:

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.judge.evaluate import evaluate
-from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import changed
 from drivetrain.study.model import Study, pair_name
@@ -54,22 +54,15 @@ def _answer(run: str, study: Study) -> Row:
         found = evaluation = evaluate(study)
         drives, proof = {task.name: task.drive for task in study.joints if task.drive}, ""
     known = {name: evaluation.criteria.get(name, math.nan) for name in NUMBERS if name != "objective"}
-    joint, check = _binding(evaluation)
+    if not drives:  # those of the nearest set, which is not chosen
+        known |= dict.fromkeys(("mass", "price", "energy"), math.nan)
+    place, check = evaluation.binding or ("", None)
     texts = (f"{name}: {pair_name(*keys)}" for name, keys in drives.items())
     return {
         "feasible": found.feasible, "verdict": str(found.verdict), "objective": found.objective, **known,
-        "proof": proof, "binding_joint": joint, "binding_check": check, "drives": "; ".join(texts),
+        "proof": proof, "binding_joint": place, "binding_check": check.name if check else "",
+        "drives": "; ".join(texts),
     }  # fmt: skip
-
-
-def _binding(evaluation: Evaluation) -> tuple[str, str]:
-    """Names of the joint and the check with the largest utilisation."""
-
-    def used(one: JointResult) -> float:
-        return (one.binding.utilisation if one.binding else None) or 0.0
-
-    most = max(evaluation.joints.values(), key=used, default=None)
-    return ("", "") if most is None else (most.name, most.binding.name if most.binding else "")
 
 
 def shard_path(out: Path, shard: int) -> Path:
@@ -111,8 +104,9 @@ def read_results(out: str | Path) -> pd.DataFrame:
 
     Returns:
         One row per point, sorted by ``point``: varied entries (texts), ``feasible``, ``objective``, ``mass`` [kg],
-        ``price``, ``energy`` [J per cycle], ``utilisation``, ``verdict``, ``proof``, ``binding_joint``,
-        ``binding_check``, ``drives``, ``fault``.
+        ``price``, ``energy`` [J per cycle], ``utilisation``, ``verdict``, ``proof``, ``binding_joint`` (or ``supply``,
+        ``arm``), ``binding_check``, ``drives``, ``fault``. Where no set is feasible, mass, price and energy are
+        unknown; utilisation and binding check are those of the nearest set.
 
     Raises:
         InputError: The folder contains no results.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import matplotlib
@@ -77,6 +78,17 @@ def test_tables_hold_what_the_objects_hold(selection: Any) -> None:
     assert len(rejected) == len(selection.rejected_pairs) > 0
     assert set(rejected["motor"]) == {"WEAK"}
     assert (rejected["utilisation"] > 1.0).all()
+
+
+def test_a_supply_that_fails_is_shown(selection: Any) -> None:
+    supply = replace(selection.study.supply, peak_power=0.1)
+    found = dt.evaluate(replace(selection.study, supply=supply), selection.drives)
+    place, check = found.binding
+    assert (place, check.name) == ("supply", "supply peak power")
+    assert check.utilisation == max(one.utilisation or 0.0 for one in found.shared)
+    assert check.name in repr(found)
+    assert found.summary.loc["supply", ["verdict", "limited by"]].tolist() == ["FAIL", check.name]
+    assert list(found.summary.index) == ["joint_1", "joint_2", "supply", "arm"]
 
 
 def test_notebooks_get_tables(selection: Any) -> None:

@@ -84,6 +84,17 @@ def test_a_point_that_is_no_study_is_told_and_stops_nothing(serial: Path) -> Non
     assert not wrong["feasible"].any()
 
 
+def test_a_row_without_a_set_names_what_binds_and_weighs_nothing(tmp_path: Path) -> None:
+    place = tmp_path / "sweep.yaml"
+    place.write_text(f"study: {STUDY}\nvary: {{supply.peak_power: [2 W]}}\n", encoding="utf-8")
+    run_sweep(read_sweep(place), tmp_path / "out", workers=0)
+    row = read_results(tmp_path / "out").iloc[0]
+    assert (row["verdict"], row["drives"]) == ("FAIL", "")
+    assert row[["objective", "mass", "price", "energy"]].isna().all()  # the nearest set is not chosen
+    assert (row["binding_joint"], row["binding_check"]) == ("supply", "supply peak power")
+    assert row["utilisation"] > 1.0
+
+
 def test_what_is_done_is_kept(file: Path, serial: Path, tmp_path: Path) -> None:
     sweep, out = read_sweep(file), tmp_path / "out"
     for shard in (0, 3):

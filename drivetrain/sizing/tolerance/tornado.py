@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from drivetrain.arrays import Array
 from drivetrain.errors import whole_names
-from drivetrain.sizing.results import Evaluation
+from drivetrain.sizing.results import Evaluation, most_used
 from drivetrain.sizing.tolerance.draws import Draws, Source, deviated, from_uniform, sources
 from drivetrain.sizing.tolerance.monte_carlo import drives_of
 from drivetrain.sizing.tolerance.sampling import (
@@ -95,10 +95,8 @@ class Effects:
     def worst(self) -> tuple[Tornado, ...]:
         """The tornado of the binding check of every joint, of the supply and of the arm, largest utilisation first."""
         places = [(name, result.binding) for name, result in self.evaluation.joints.items()]
-        made = [check for check in self.evaluation.shared if check.utilisation is not None]
         for place, names in SHARED.items():
-            shared = [check for check in made if check.name in names]
-            places.append((place, max(shared, key=lambda check: check.utilisation or 0.0, default=None)))
+            places.append((place, most_used(check for check in self.evaluation.shared if check.name in names)))
         found = [(place, check) for place, check in places if check is not None and check.utilisation is not None]
         found.sort(key=lambda pair: -(pair[1].utilisation or 0.0))
         return tuple(self.of(place, check.name) for place, check in found)

@@ -28,7 +28,7 @@ from drivetrain.sizing.tolerance.monte_carlo import Chance
 from drivetrain.sizing.tolerance.sampling import Candidate, Nominal, candidate, judged
 from drivetrain.study.model import Study
 
-FIRST_SAMPLES, GROWTH = 256, 2  # samples of the first test, and the growth of the total from test to test
+FIRST_SAMPLES, GROWTH = 64, 2  # samples of the first test, and the growth of the total from test to test
 PRIOR = 0.5  # both parameters of the beta distribution that the martingale mixes over
 CONFIDENCE = 0.99
 MAX_SAMPLES = 100_000
