@@ -149,7 +149,7 @@ def test_rows_of_a_held_arm_are_its_equations(offset: float, told: bool) -> None
     assert run["constraint_error"].max() < 1e-11 and run["constraint_speed"].max() < 1e-11
     assert (run["rank"] == 2.0).all()
     np.testing.assert_allclose(run["work"], (q - q[0]) @ tau, atol=1e-9)
-    assert [event.name for event in run.events] == ["start"] * told
+    assert [(event.time, event.name) for event in run.events] == [(0.0, "start")] * told
     assert run.about["constraints"] == "PointOnSurface, CallableConstraint"
 
 

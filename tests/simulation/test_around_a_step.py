@@ -196,6 +196,34 @@ def test_a_run_that_goes_on_has_the_rows_of_the_whole() -> None:
         assert short.time.tolist() == pytest.approx([5e-3])
 
 
+@pytest.mark.parametrize(("step", "steps"), [(1e-3, 6), (5e-4, 8)])
+def test_a_run_that_goes_on_with_its_step_keeps_its_grid(step: float, steps: int) -> None:
+    """Stopped within a step: the rest of that step first, or a grid of another step from there on."""
+    scene = dt.joint_scene(dt.Inertia(2.0, 5.0), [], 2.5e-3, speed=1.0)
+    first = simulate(scene, solver=dt.FixedStep(1e-3), interval=1e-3, checked=False)
+    assert first.counters["steps"] == 3
+    rest = simulate(scene, solver=dt.FixedStep(step), interval=1e-3, resume=first, duration=5e-3)
+    assert rest.counters["steps"] == steps
+    whole = simulate(scene, solver=dt.FixedStep(1e-3), interval=1e-3, duration=5e-3, checked=False)
+    np.testing.assert_allclose(rest.time, [3e-3, 4e-3, 5e-3], rtol=1e-12)
+    np.testing.assert_allclose(rest["joint.position"], whole["joint.position"][3:], rtol=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.3, 0.7, 1e6 + 0.3])
+def test_a_whole_step_has_the_same_length_wherever_it_begins(start: float) -> None:
+    """In spite of rounded times, to the bit; parts of one are equal and no longer than is allowed."""
+    clock = SimpleNamespace(step=0.1, grid_end=start + 0.1)
+    for limit in (math.inf, 0.1, 0.1 * (1.0 + 1e-12)):
+        if limit >= clock.grid_end - start:
+            assert fixed_step._substep_length(clock, start, limit) == 0.1
+    shorter = SimpleNamespace(step=0.1, grid_end=start + 0.07)
+    left = shorter.grid_end - start
+    assert fixed_step._substep_length(shorter, start, math.inf) == left
+    for limit, parts in ((0.05, 2), (0.0351, 2), (0.0349, 3), (0.0099, 8), (1e-9, math.ceil(0.7 * 4096.0))):
+        found = fixed_step._substep_length(shorter, start, limit)
+        assert found == pytest.approx(left / parts, rel=1e-6)
+
+
 def test_too_many_steps_are_refused() -> None:
     scene = dt.Scene(dt.Inertia(1.0), {}, 2e8)
     with pytest.raises(dt.InputError, match=r"more than 1e\+11 steps in 2e\+08 s"):
@@ -461,20 +489,17 @@ def test_a_joint_that_gives_way_at_the_start_is_named(ratio: float, way: float) 
     # 12 N m of load and 3 N m that help to carry it; a current of 2 A, a drag of 0.01 N m at the motor.
     holding = (9.0 * way / ratio + 0.01 * way) / 0.03
 
-    def told(current: float = 2.0, acceleration: float = -0.4, joint_acceleration: float = 0.7, **more: float) -> Any:
+    def told(current: float = 2.0, acceleration: float = -0.4, **more: float) -> Any:
         flows = math.copysign(current, holding)
         row = {"bias_torque": 12.0 * way, "joint_torque": 3.0 * way, "current": flows, "command_speed": 0.0,
                "motor_torque": 0.03 * flows - 0.01 * way, "motor_acceleration": acceleration * way * ratio,
-               "command_acceleration": 0.0, "acceleration": joint_acceleration * way, **more}  # fmt: skip
-        row = {name: value for name, value in row.items() if not math.isnan(value)}
+               "command_acceleration": 0.0, **more}  # fmt: skip
         return starting.yielding_joints(done, {f"joint.{name}": value for name, value in row.items()})
 
     (event,) = told()
     flows = math.copysign(2.0, holding)
     assert event.name == "start" and f"{holding:.3g} A would hold it, {flows:.3g} A flow" in event.detail
     assert told(abs(holding) * 0.999) and told(acceleration=-2e-6)
-    alone = {"motor_acceleration": math.nan}  # a rigid joint without a signal of its motor
-    assert told(**alone, joint_acceleration=-0.4) and not told(**alone)
     for nothing in (
         told(abs(holding) * 1.001), told(abs(holding)), told(acceleration=0.4), told(acceleration=-5e-7),
         told(command_speed=0.1), told(command_acceleration=-0.1),

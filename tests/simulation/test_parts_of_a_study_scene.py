@@ -41,10 +41,12 @@ from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation import study_scene
+from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import Inertia, Scene
 from drivetrain.simulation.study_scene import SceneOptions, Surroundings, at_joint, drive_effects, scene_of
 from drivetrain.study.model import Payload, Study
 from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.read import load_study
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "sizing"))
 from test_second_motors import task as second_task
@@ -337,6 +339,48 @@ def test_currents_that_are_fed_forward_are_those_of_the_motion() -> None:
 
 
 # --- two motors
+
+
+def test_two_motors_turn_the_load_of_a_table() -> None:
+    """An arm of one link that has the load's inertia and no weight; half of what both move for each."""
+    own = {
+        "motors": 2,
+        "preload": 9.0,
+        "load_inertia": 1.5,
+        "drive": {"motor": "M", "gear": "G"},
+        "stop": {"ramp": 0.3},
+    }
+    samples = "time [s],torque_axis [N m],speed_axis [rad/s]\n0,40,0\n0.1,30,2\n0.2,40,0\n"
+    study = load_study({
+        "motions": {"table": {"samples": samples}}, "supply": {"voltage": 48.0}, "open_cycle": True, "catalogs": [],
+        "motors": {"M": {**MOTOR, "source": "t"}}, "gears": {"G": {**GEAR, "source": "t"}}, "joints": {"axis": own},
+    })  # fmt: skip
+    drives = drives_of(study)
+    scene = scene_of(study, drives, options=BARE)
+    assert scene.joints == ("axis", "axis_motor_2") and scene.duration == pytest.approx(0.2)
+    inertia = plan(scene).inertia
+    np.testing.assert_allclose(np.diag(inertia), [1.5, *(2500.0 * 1e-4 for _ in inertia[1:])], rtol=1e-9)
+    moved = 0.5 * (1.5 + 2.0 * 2500.0 * 1e-4)
+    for name in scene.joints:
+        assert only(scene.effects[name], PositionLoop).stiffness == pytest.approx(40.0**2 * moved, rel=1e-9)
+    load = only(scene.effects["axis"], GivenTorque)
+    gain = study.cycle.acceleration[0, 0]
+    assert load.torque[0] == pytest.approx(1.5 * gain - 40.0) and "GivenTorque" not in kinds(
+        scene.effects["axis_motor_2"]
+    )
+    # Weightless: it stands where it is but for the table's torque.
+    body = scene.body
+    still = np.zeros(2)
+    np.testing.assert_allclose(dt.inverse_dynamics(body, np.array([0.7, 0.7]), still, still), 0.0, atol=1e-12)
+    assert study_scene.refuse_unsimulated(study) is None
+    slides = tuple(replace(one, travel_per_turn=0.01) for one in study.joints)
+    with pytest.raises(InputError, match="not simulated apart"):
+        study_scene.refuse_unsimulated(replace(study, joints=slides))
+    unequal = drives | {"axis_motor_2": replace(drives["axis"], gear=replace(drives["axis"].gear, efficiency=0.8))}
+    loose = replace(study, joints=tuple(replace(one, preload=0.0) for one in slides))
+    study_scene.refuse_unsimulated(replace(loose, arm=study.arm), drives)
+    with pytest.raises(InputError, match="not simulated apart"):
+        study_scene.refuse_unsimulated(loose, unequal)
 
 
 def test_two_motors_of_an_axis_each_behind_its_gear() -> None:

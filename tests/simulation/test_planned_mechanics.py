@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
@@ -12,10 +14,17 @@ from scipy.spatial.transform import Rotation
 
 import drivetrain as dt
 from drivetrain.arm.coupling import with_coupling
-from drivetrain.arm.rotors import RotorLevel
+from drivetrain.arm.kinematics import tip_jacobian, tip_pose
+from drivetrain.arrays import Array
 from drivetrain.drive.stages import Stage, chained, with_stages
+from drivetrain.effects import signals
+from drivetrain.effects.effect import Effect, Place, Ports
+from drivetrain.effects.laws import scene_law
 from drivetrain.simulation.core import equations
+from drivetrain.simulation.core.jacobian import sparsity_pattern
+from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan, plan
+from drivetrain.simulation.run import simulate
 
 AXIAL, RATIOS = (4e-4, 7e-4, 3e-4, 5e-4), (30.0, -20.0, 40.0, 25.0)  # rotors [kg m^2]
 Q, QD = np.array([0.3, -0.8, 0.5, 1.1]), np.array([0.7, 0.4, -0.9, 0.6])
@@ -122,25 +131,232 @@ def test_a_scene_moves_as_its_kinetic_energy_says(
     np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())
 
 
+# --- linkages
+
+
+def linkage_matrix(arm: dt.Arm, kinds: str, q: Any, turns: Any, staged: tuple[int, ...] = ()) -> Any:
+    """Mass matrix of a linkage's shafts and of motors behind springs, from torques of inverse dynamics.
+
+    What a full rotor adds is a square of its own turns and its carrier's: rotors that turn the other way tell
+    them apart.
+    """
+    still, soft = np.zeros(2), [i for i, kind in enumerate(kinds) if kind == "f"]
+
+    def inertia(rotor: int = -1, way: float = 1.0) -> Any:
+        rotors = [dt.Rotor(way * RATIOS[k], AXIAL[k]) if k == rotor else None for k in range(2)]
+        geared = dt.with_rotors(arm, rotors)
+        weight = dt.inverse_dynamics(geared, q, still, still)
+        return np.array([dt.inverse_dynamics(geared, q, still, one) - weight for one in np.eye(2)]).T
+
+    moved = np.hstack([turns, np.zeros((2, len(soft)))])
+    bare = inertia()
+    mass = moved.T @ bare @ moved
+    for i, kind in enumerate(kinds):
+        driven = np.zeros(2 + len(soft))
+        driven[2 + soft.index(i) if i in soft else i] = 1.0
+        carried = PULLEY if i in staged else 0.0
+        share = 1.0 - carried / (AXIAL[i] * RATIOS[i] ** 2)
+        mass += carried * np.outer(moved[i], moved[i])
+        mass += 0.0 if kind == "-" else share * AXIAL[i] * RATIOS[i] ** 2 * np.outer(driven, driven)
+        if kind in "Ff":
+            there, back = inertia(i, 1.0) - bare, inertia(i, -1.0) - bare
+            shaft = np.linalg.inv(turns)[i]
+            with_carrier = 0.5 * (there + back) - AXIAL[i] * RATIOS[i] ** 2 * np.outer(shaft, shaft)
+            mass += share * moved.T @ with_carrier @ moved
+            # shaft x + x shaft, of which x is sought
+            both = 0.5 * (there - back)
+            across = np.linalg.lstsq(
+                np.array([np.outer(shaft, one) + np.outer(one, shaft) for one in np.eye(2)]).reshape(2, 4).T,
+                both.reshape(4), rcond=None,
+            )[0]  # fmt: skip
+            mass += share * (np.outer(driven, across @ moved) + np.outer(across @ moved, driven))
+    return mass
+
+
 @pytest.mark.parametrize("coupled", [False, True])
-@pytest.mark.parametrize("kinds", ["FF", "RR", "F-", "ff", "fF", "-R"])
-def test_a_linkage_has_the_mass_matrix_of_its_arm(kinds: str, coupled: bool) -> None:
-    """Rotors as effects or on the arm; springs held rigid are none, and a rotor behind one has its own inertia."""
+@pytest.mark.parametrize("kinds", ["FF", "RR", "F-", "ff", "fF", "Ff", "-R"])
+@pytest.mark.parametrize("staged", [(), (0, 1)])
+def test_a_linkage_moves_as_inverse_dynamics_says(kinds: str, coupled: bool, staged: tuple[int, ...]) -> None:
+    """Lagrange's equations of its mass matrix: Coriolis terms by differences, weight from inverse dynamics."""
+    if "f" in kinds and coupled:
+        return  # a spring behind coupled motors is refused
     arm = two_links(closures=short_crank(), coupling=[DIFFERENTIAL] if coupled else []).arm
-    if coupled and "f" in kinds:
-        return
-    level = RotorLevel.REFLECTED if "R" in kinds else RotorLevel.FULL
-    carriers = {"R": -1, "r": -1}  # without a motion of what carries them
-    rotors = [None if kind == "-" else dt.Rotor(RATIOS[k], AXIAL[k], carrier=carriers.get(kind))
-              for k, kind in enumerate(kinds)]  # fmt: skip
-    geared, still = dt.with_rotors(arm, rotors, level=level), np.zeros(2)
-    weight = dt.inverse_dynamics(geared, Q[:2], still, still)
-    whole = np.array([dt.inverse_dynamics(geared, Q[:2], still, one) - weight for one in np.eye(2)]).T
-    turns = np.linalg.inv(arm.coupling) if coupled else np.eye(2)
-    done = plan(scene_with(arm, kinds))
+    staged = tuple(i for i in staged if kinds[i] == "f")
+    turns, q = np.linalg.inv(arm.coupling) if coupled else np.eye(2), np.array([0.3, -0.8])
+    done = plan(scene_with(arm, kinds, staged))
     soft = [i for i, kind in enumerate(kinds) if kind == "f"]
-    rigid = np.concatenate([np.eye(2), np.eye(2)[soft]])
-    np.testing.assert_allclose(rigid.T @ done.inertia @ rigid, turns.T @ whole @ turns, rtol=1e-9, atol=1e-9)
-    own = [0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 for k, kind in enumerate(kinds)]
-    np.testing.assert_allclose(np.diag(done.inertia)[2:], np.array(own)[soft], rtol=1e-12)
+    mass = linkage_matrix(arm, kinds, q, turns, staged)
+    np.testing.assert_allclose(done.inertia, mass, atol=1e-9 * np.abs(mass).max())
+    own = [0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 - PULLEY * (k in staged) for k, kind in enumerate(kinds)]
     np.testing.assert_allclose(done.body.rotors, own, rtol=1e-9)
+    speed = np.concatenate([np.linalg.inv(turns) @ QD[:2], 1.0 + np.arange(len(soft))])
+    step, c = 1e-5, len(speed)
+    change = np.zeros((c, c, c))
+    for k in range(2):
+        more, less = (linkage_matrix(arm, kinds, q + way * step * turns[:, k], turns, staged) for way in (1.0, -1.0))
+        change[k] = (more - less) / (2.0 * step)
+    bias = np.einsum("kij,k,j->i", change, speed, speed) - 0.5 * np.einsum("ijk,j,k->i", change, speed, speed)
+    bias[:2] += turns.T @ dt.inverse_dynamics(dt.with_rotors(arm, [None, None]), q, 0.0 * q, 0.0 * q)
+    for k, i in enumerate(soft):
+        torque = DAMPING[i] * (speed[2 + k] - QD[i])
+        bias[2 + k] += torque
+        bias[i] -= torque
+    found = accelerations(done, np.linalg.inv(turns) @ q, speed)
+    wanted = np.linalg.solve(mass, -bias)
+    np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
+
+
+# --- forces on the tip
+
+
+@dataclass
+class Pull:
+    """Record of a linear force and a moment on the tip."""
+
+    force: Annotated[Array, 3]
+    moment: Annotated[Array, 3]
+    damping: Annotated[Array, 6]
+    stiffness: Annotated[Array, 6]
+
+
+@scene_law(Pull)
+def _pull(t: Any, h: Any, own: Any, scene: Any) -> None:
+    tip = scene.world.tip
+    for a in range(3):
+        tip.moment[a] += own.moment[a]
+        tip.force[a] += own.force[a]
+        for b in range(3):
+            at = a + b + (1 if a > 0 and b > 0 else 0)
+            tip.force[a] -= own.damping[at] * tip.speed[b] + own.stiffness[at] * tip.place[b]
+    for k in range(6):
+        tip.damping[k] += own.damping[k]
+        tip.stiffness[k] += own.stiffness[k]
+
+
+FORCE, MOMENT = np.array([3.0, -5.0, 7.0]), np.array([0.6, 0.9, -0.7])
+DAMPS = np.array([[9.0, 1.0, 2.0], [1.0, 7.0, -1.5], [2.0, -1.5, 8.0]])
+STIFF = np.array([[90.0, 20.0, 10.0], [20.0, 80.0, -15.0], [10.0, -15.0, 70.0]])
+
+
+@dataclass(frozen=True)
+class TipSpring(Effect):
+    """A spring and a damper of all directions between the tip and the origin, and a constant force and moment."""
+
+    scope = "scene"
+    compute = _pull
+
+    def ports(self, place: Place) -> Ports:
+        return Ports(needs=signals.TIP_GIVEN[:6], contributes=signals.TIP_TAKEN)
+
+    def own(self, place: Place) -> Pull:
+        upper = np.triu_indices(3)
+        return Pull(FORCE, MOMENT, DAMPS[upper], STIFF[upper])
+
+
+def pulled(coupled: bool) -> tuple[dt.Arm, Any, dt.Scene]:
+    bare = random_arm(11, "RRPR")
+    turns = np.linalg.inv(COUPLING) if coupled else np.eye(4)
+    scene = scene_with(with_coupling(bare, COUPLING) if coupled else bare, "RRRR")
+    return bare, turns, dt.Scene(scene.body, {**scene.effects, "scene": (TipSpring(),)}, 1.0, Q, QD)
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_what_pulls_at_the_tip_moves_the_joints(coupled: bool) -> None:
+    """By the Jacobian of the tip, again and again; place, speed and turning of the tip are recorded."""
+    bare, turns, scene = pulled(coupled)
+    done = plan(scene)
+    jacobian = tip_jacobian(bare, Q)
+    turning, speed = jacobian[:3] @ QD, jacobian[3:] @ QD
+    place = tip_pose(bare, Q)[:3, 3]
+    tau = jacobian[:3].T @ MOMENT + jacobian[3:].T @ (FORCE - DAMPS @ speed - STIFF @ place)
+    bias = dt.inverse_dynamics(bare, Q, QD, np.zeros(4))
+    mass = energy_matrix(bare, "RRRR", Q, turns)
+    wanted = np.linalg.solve(mass, turns.T @ (tau - bias))
+    numbers = done.memory.numbers.copy()
+    state = np.concatenate([np.linalg.inv(turns) @ Q, np.linalg.inv(turns) @ QD])
+    for _ in range(2):
+        np.testing.assert_allclose(equations.evaluate_rates(numbers, state)[4:8], wanted, rtol=1e-8)
+    for name, values in (("", place), ("speed_", speed), ("turning_", turning)):
+        found = [numbers[done.memory.places[f"scene.tip_{name}{axis}"]] for axis in "xyz"]
+        np.testing.assert_allclose(found, values, rtol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_a_step_with_a_spring_at_the_tip(coupled: bool) -> None:
+    """The implicit midpoint rule, with the Jacobian at the guessed middle: written out."""
+    bare, turns, scene = pulled(coupled)
+    h, back = 2e-3, np.linalg.inv(turns)
+    run = simulate(
+        dt.Scene(scene.body, scene.effects, 2.0 * h, Q, QD), solver=dt.FixedStep(h), interval=h, checked=False
+    )
+    q, v = (np.stack([run[f"{name}.{what}"] for name in bare.joint_names], axis=1) for what in ("position", "speed"))
+    state = np.concatenate([back @ Q, back @ QD])
+    last = equations.evaluate_rates(plan(scene).memory.numbers.copy(), state)[4:8]
+    for k in range(2):
+        guess = back @ v[k] + 0.5 * h * last  # speeds of the shafts
+        middle = turns @ (back @ q[k] + 0.5 * h * guess)
+        jacobian = tip_jacobian(bare, middle)
+        along = jacobian[3:] @ turns
+        mass = energy_matrix(bare, "RRRR", middle, turns)
+        bias = turns.T @ dt.inverse_dynamics(bare, middle, turns @ guess, np.zeros(4))
+        place = tip_pose(bare, middle)[:3, 3] - 0.5 * h * along @ guess
+        # M dv / h + bias = along^T (F - D w - K (place + h/2 w)) + moments, with w = along (v + dv / 2)
+        soft = DAMPS + 0.5 * h * STIFF
+        pull = turns.T @ jacobian[:3].T @ MOMENT + along.T @ (FORCE - STIFF @ place - soft @ along @ (back @ v[k]))
+        change = np.linalg.solve(mass / h + 0.5 * along.T @ soft @ along, pull - bias)
+        np.testing.assert_allclose(back @ v[k + 1], back @ v[k] + change, rtol=1e-9)
+        np.testing.assert_allclose(back @ q[k + 1], back @ (q[k]) + h * (back @ v[k] + 0.5 * change), rtol=1e-9)
+        last = change / h
+
+
+# --- which rate depends on which state
+
+
+def patterns(scene: dt.Scene) -> tuple[Any, Any, int]:
+    """The pattern that is assumed, and where differences of the rates are not zero at a state at random."""
+    done = plan(scene)
+    numbers, moving, c = initial_memory(done), done.memory.moving, done.body.c
+    x = numbers[done.memory.view(numbers, "states")["value"][:moving]] + np.random.default_rng(4).uniform(
+        0.2, 0.4, moving
+    )
+    columns = []
+    for k in range(moving):
+        step = 1e-4 * np.eye(moving)[k]
+        columns.append(equations.evaluate_rates(numbers, x + step) - equations.evaluate_rates(numbers, x - step))
+    found = np.array(columns).T / 2e-4
+    size = np.maximum(np.abs(found).max(axis=1, keepdims=True), 1e-12)
+    return sparsity_pattern(done)[:moving, :moving], np.abs(found) > 1e-9 * size, c
+
+
+def test_dependence_of_joints_that_do_not_feel_each_other_is_exact() -> None:
+    """Masses that slide along x, y and z, each with effects of its own: a winding, a wall."""
+    home, screws = np.tile(np.eye(4), (3, 1, 1)), np.hstack([np.zeros((3, 3)), np.eye(3)])
+    arm = dt.Arm.from_screws(home, screws, [3.0, 2.0, 1.0], [np.eye(3) * 1e-3] * 3, gravity=(0.0, 0.0, 0.0),
+                             joint_names=["a", "b", "c"])  # fmt: skip
+    motor = dt.Motor("m", 0.3, 0.03, inductance=1e-3, magnet_coefficient=-1e-3)
+    push = (dt.GivenCurrent([0.0], [3.0]), dt.MotorCurrent(motor))
+    electric, drag = (dt.Winding(motor), dt.GivenVoltage([0.0], [3.0])), dt.ViscousFriction(dt.Friction(viscous=3.0))
+    effects: dict[str, Any] = {
+        "a": (dt.ReflectedRotor(1e-4, 50.0), *electric, drag),
+        "b": (dt.ReflectedRotor(1e-4, 50.0), *push, drag),
+        "c": (dt.ReflectedRotor(1e-4, 50.0), dt.WallSpring(5.0, 1.0)),
+    }
+    pattern, found, c = patterns(dt.Scene(arm, effects, 1.0))
+    assert found[c:].any(axis=1).all() and not (found & ~pattern).any()
+    # Its own position always, so that each state belongs to a group.
+    more = pattern & ~found
+    more[c : 2 * c, :c] &= ~np.eye(c, dtype=bool)
+    assert not more.any(), np.argwhere(more)
+
+
+@pytest.mark.parametrize("kinds", ["RR", "ff"])
+def test_every_acceleration_of_a_linkage_depends_on_all_its_motion(kinds: str) -> None:
+    pattern, found, c = patterns(scene_with(two_links(closures=short_crank()).arm, kinds))
+    assert not (found & ~pattern).any() and pattern[c : 2 * c, : 2 * c].all()
+
+
+def test_every_acceleration_depends_on_the_whole_motion_of_a_tip_that_is_pulled() -> None:
+    for coupled in (False, True):
+        pattern, _, c = patterns(pulled(coupled)[2])
+        assert pattern[c : 2 * c].all()
+    assert math.isclose(np.linalg.det(COUPLING), 1.48)

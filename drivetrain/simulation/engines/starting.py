@@ -227,8 +227,7 @@ def yielding_joints(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
         moved = row[f"{joint}.{s.COMMAND_SPEED.name}"] or row[f"{joint}.{s.COMMAND_ACCELERATION.name}"]
         holding, flows = _holding(row, plan, joint, motor), row.get(f"{joint}.{s.CURRENT.name}", 0.0)
         i = plan.scene.joints.index(joint)
-        ratio = plan.body.ratios[i]
-        moves = row.get(f"{joint}.{s.MOTOR_ACCELERATION.name}", ratio * row[f"{joint}.{s.ACCELERATION.name}"]) / ratio
+        moves = row[f"{joint}.{s.MOTOR_ACCELERATION.name}"] / plan.body.ratios[i]
         gives_way = moves * _holding_torque(row, plan, i) < 0.0 and abs(moves) > REST_ACCELERATION
         if not moved and gives_way and abs(holding) > (1.0 + NEGLIGIBLE) * abs(flows):
             detail = f"{joint} gives way though nothing is commanded: {holding:.3g} A would hold it, {flows:.3g} A flow"

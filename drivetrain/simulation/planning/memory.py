@@ -161,8 +161,8 @@ def lay_out(
         np.array([False] * (2 * c) + [state.memory for _, state in declared]), block.sections, block.kept,
     )  # fmt: skip
     _fill_world_and_engine(made, body, instances)
-    for name, value in known.defaults.items():
-        numbers[signals[name]] = value
+    for name in known.defaults.keys() & signals.keys():  # what no connector has, no law can read
+        numbers[signals[name]] = known.defaults[name]
     return made
 
 
