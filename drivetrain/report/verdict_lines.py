@@ -32,7 +32,7 @@ from drivetrain.report.words import (
     set_lines,
 )
 from drivetrain.sizing.judge.checks import REQUIREMENTS
-from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection
+from drivetrain.sizing.results import Evaluation, JointResult, JointSeries, Selection, placed_checks
 from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
 
