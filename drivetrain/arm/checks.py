@@ -79,7 +79,7 @@ def triangle_warning(inertia: Array, link: str) -> str:
     if triangle_excess(inertia) <= TRIANGLE_TOLERANCE:
         return ""
     moments = ", ".join(f"{moment:.6g}" for moment in np.linalg.eigvalsh(inertia))
-    rule = "the largest may not pass the sum of the two others"
+    rule = "the largest may not exceed the sum of the two others"
     return f"{called(link)}: no body has principal moments {moments} kg m^2: {rule}"
 
 

@@ -81,7 +81,7 @@ def _torques_present(values: Values) -> Iterator[Finding]:
     elif "continuous_torque" not in present and len(present) == 1:
         yield error("continuous_torque", f"is empty, and only the {present[0].replace('_', ' ')} is given")
     elif "continuous_torque" not in present:
-        yield warning("continuous_torque", "is empty: the lasting load cannot be checked")
+        yield warning("continuous_torque", "is empty: the average torque cannot be checked")
 
 
 def _no_load(values: Values) -> Iterator[Finding]:

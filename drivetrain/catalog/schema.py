@@ -54,14 +54,18 @@ def _choice(name: str, meaning: str, choices: tuple[str, ...], *, needed: bool =
 
 
 def _number(
-    name: str, unit: str, low: float, high: float, meaning: str, *, needed: bool = False, lint_only: bool = False
-) -> Column:
-    return Column(name, meaning, NUMBER, unit, low, high, needed=needed, lint_only=lint_only)
+    name: str, unit: str, low: float, high: float, meaning: str, *,
+    needed: bool = False, lint_only: bool = False, why: str = "",
+) -> Column:  # fmt: skip
+    return Column(name, meaning, NUMBER, unit, low, high, needed=needed, lint_only=lint_only, why_needed=why)
 
 
 _CURRENT_WHY = (
     "say what kind of ampere the torque constant and the currents are per: dc (equivalent DC machine between two "
     "terminals, block commutation), rms or peak (of a phase); they differ by up to 41 %, so it is not guessed"
+)
+_TORQUE_WHY = (
+    "state it per ampere of current_basis; per ampere dc it is 9.549 N m/A divided by the speed constant in rpm/V"
 )
 _WINDING_WHY = (
     "say whether resistance and inductance are line_line (between two terminals) or phase; they differ by a factor 2, "
@@ -111,7 +115,9 @@ MOTOR_COLUMNS = (
     _number("max_speed", "rad/s", 0.5, 2e4, "Mechanical limit."),
     _number("resistance", "ohm", 1e-4, 1e3, "Terminal or phase, according to winding_basis.", needed=True),
     _number("inductance", "H", 1e-8, 1.0, "Terminal or phase, according to winding_basis."),
-    _number("torque_constant", "N m/A", 1e-5, 100.0, "Per ampere according to current_basis.", needed=True),
+    _number(
+        "torque_constant", "N m/A", 1e-5, 100.0, "Per ampere according to current_basis.", needed=True, why=_TORQUE_WHY
+    ),
     _number("speed_constant", "rad/(s V)", 1e-2, 1e5, "No-load speed per volt.", lint_only=True),
     _number("speed_torque_gradient", "rad/(s N m)", 1e-4, 1e10, "Speed lost per torque.", lint_only=True),
     _number("mechanical_time_constant", "s", 1e-5, 10.0, "Of the rotor only.", lint_only=True),

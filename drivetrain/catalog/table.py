@@ -257,6 +257,8 @@ def _number_hint(text: str) -> str:
         return "write a decimal point and no thousands separator"
     if text.lower() in ("nan", "inf", "-inf", "-", "n/a", "na", "none", "?"):
         return "leave the cell empty when it is unknown"
+    if ":" in text:
+        return "write 10:1 as 10"
     return "a unit belongs in the header, not in the cell" if text[:1].isdigit() else ""
 
 

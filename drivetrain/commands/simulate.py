@@ -177,7 +177,7 @@ def _deliver(recording: Recording, folder: Path) -> None:
     say(f"energy error at the end: {error[-1]:.3g} J; " + ", ".join(f"{k} {v}" for k, v in recording.counters.items()))
     if recording.stopped_by:
         say(f"stopped early: {recording.stopped_by}", errors=True)
-    say(f"recording: {where} (numpy.load, or drivetrain.simulation.recording.load_recording)")
+    say(f"recording: {where} (numpy.load, or drivetrain.load_recording)")
     say(f"picture: {folder / 'recording.svg'}")
 
 
@@ -314,6 +314,6 @@ def _save(recording: Recording, folder: Path) -> None:
     from importlib.util import find_spec
 
     where = recording.save(folder / "recording.npz")
-    say(f"recording: {where} (drivetrain.simulation.recording.load_recording; --resume goes on from it)")
+    say(f"recording: {where} (drivetrain.load_recording; --resume continues from it)")
     if find_spec("pyarrow") is not None:
         say(f"table: {recording.save(folder / 'recording.parquet')} (pandas.read_parquet)")

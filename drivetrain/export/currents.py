@@ -211,7 +211,10 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
         if rate is None
         else f"rate: {rate:.9g} Hz; {HOLDS[hold]}",
         "each command holds until the next (zero order)",
-        *(f"{name}: {one.base}; 1 {one.unit} is {one.amperes:.17g} A dc" for name, one in scales.items()),
+        *(
+            f"{name}: {one.base}; 1 {one.unit.removesuffix('s')} is {float(one.amperes)!r} A dc"
+            for name, one in scales.items()
+        ),
     ]
     return _Commands(tuple(head), time, scales, written, position, velocity)
 

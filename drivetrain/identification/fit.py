@@ -197,8 +197,8 @@ def identify(
     base, combined, covariance, condition = _base_table(columns, weighted, found, left, pull)
     notes = (
         *recording.notes,
-        f"prior held at {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
-        f"{len(columns.names)} parameters in {len(base)} combinations that the motion tells apart",
+        f"weight of the prior {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
+        f"{len(columns.names)} parameters in {len(base)} combinations that the motion can distinguish",
         f"condition of their regressor {condition:.3g}",
     )
     return Identification(

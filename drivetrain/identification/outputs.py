@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import fields, replace
 from html import escape
 from pathlib import Path
@@ -19,9 +20,11 @@ from drivetrain.study.written import written
 from drivetrain.whole_files import write_files
 
 STYLE = (
+    ":root{color-scheme:light dark}svg{background:#fff}"
     "body{font:15px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}"
     "td,th{padding:.15em .7em;text-align:right;border-bottom:1px solid #ddd}th{text-align:left}img{max-width:100%}"
 )
+ERRORS = {"given": "error of the given model", "identified": "error of the identified model"}
 
 
 def write_identification(found: Identification, folder: str | Path) -> dict[str, Path]:
@@ -54,7 +57,8 @@ def _study_text(found: Identification, folder: Path) -> str:
     if study is None or not Path(study.path).is_file():
         raise InputError(Fault("study", "was not read from a file that is still there"))
     before = read_document(study.path)
-    entries: dict[tuple[Any, ...], Any] = {("arm",): str((folder / "arm.urdf").absolute()), ("name",): study.name}
+    arm = os.path.relpath(folder / "arm.urdf", before.folder)  # ``written`` makes it relative to the new file
+    entries: dict[tuple[Any, ...], Any] = {("arm",): arm, ("name",): study.name}
     if not np.array_equal(found.arm.gravity, STANDARD_GRAVITY):
         entries["gravity",] = [float(g) for g in found.arm.gravity]
     joints = dict(before.data.get("joints", {}))
@@ -88,9 +92,9 @@ def identification_page(found: Identification) -> str:
     figure.savefig(picture, format="svg")
     svg = picture.getvalue()
     tables = {
-        "Torque on data held out [N m or N]": found.errors,
-        "What each cause contributes, RMS [N m or N]": found.contributions,
-        "Combinations that the motion tells apart": found.base,
+        "RMS torque on data held out [N m or N]": found.errors.rename(columns=ERRORS),
+        "RMS torque of each contribution [N m or N]": found.contributions,
+        "Combinations of parameters that the motion can distinguish": found.base,
         "All parameters": found.parameters,
     }
     parts = [

@@ -117,7 +117,7 @@ def read_recording(
     found = assigned_columns(table, joints, (POSITION, *RATES))
     faults = [*table.faults, *found.faults]
     if found.time is None or faults:
-        hint = "columns= names each column, such as columns={'t': 'time [s]', 'phi': 'q [rad]'}"
+        hint = "name each column: columns={'phi': 'q [rad]'} in Python, --column 'phi=q [rad]' in a command"
         raise InputError([replace(one, hint=hint) if one.place.startswith("column ") else one for one in faults])
     notes = [f"{len(table.rows)} samples from {file.name}", *found.notes]
     values: dict[str, Array] = {}

@@ -139,7 +139,7 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
         lines.append(Text(f"proof: {selection.proof}; {len(selection.rejected_pairs)} candidates rejected"))
         lines += [Text(line) for line in (equals_sentence(selection),) if line]
         lines += [Text(line, "dim") for line in set_lines(selection)]
-        lines += [Text(f"fix: {line}") for line in selection.advice]
+        lines += [Text(f"advice: {line}") for line in selection.advice]
     missing = sum(check.verdict is Verdict.NOT_CHECKED for _, check in placed_checks(evaluation))
     lines += [Text(line, "dim") for line in part_lines(evaluation)]
     if missing:

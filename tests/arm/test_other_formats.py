@@ -32,7 +32,8 @@ MJCF = """<mujoco model="crane"><compiler angle="{angle}" eulerseq="{sequence}"/
   <body name="boom" pos="0.3 0 0.1" xyaxes="0 1 0 -1 0.1 0">
    <inertial pos="0 0.1 0.2" mass="2" fullinertia="0.02 0.03 0.04 0.001 0.002 -0.003"/>
    <joint name="lift" class="main" axis="0.3 0 1" pos="0.01 0 0"/><geom size="0.1"/>
-   <body name="hook" pos="0 0 0.4"><site name="a"/><site name="b" pos="0 0 0.1"/></body></body></body></body>
+   <body name="hook" pos="0 0 0.4"><site name="a"/><site name="b" pos="0 0 0.1" quat="0.9 0.1 -0.2 0.3"/></body>
+  </body></body></body>
 </worldbody></mujoco>"""
 
 
@@ -56,6 +57,9 @@ def test_mujoco_reads_the_same_arm(tmp_path: Path, angle: str, sequence: str) ->
         mujoco.mj_inverse(model, data)
         np.testing.assert_allclose(inverse_dynamics(arm, q, qd, qdd), data.qfrc_inverse, rtol=1e-10, atol=1e-10)
         np.testing.assert_allclose(tip_pose(arm, q)[:3, 3], data.body("hook").xpos, atol=1e-12)
+        at_site = tip_pose(load_arm(path, tip="b"), q)
+        np.testing.assert_allclose(at_site[:3, 3], data.site("b").xpos, atol=1e-12)
+        np.testing.assert_allclose(at_site[:3, :3].ravel(), data.site("b").xmat, atol=1e-12)
 
 
 @pytest.mark.filterwarnings("ignore::drivetrain.errors.PhysicsWarning")  # of the published UR5's wrists

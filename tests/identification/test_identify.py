@@ -320,6 +320,7 @@ def test_the_command_writes_a_study_that_loads(tmp_path: Path) -> None:
     given = ["identify", str(example), str(tmp_path / "run.npz"), "--out", str(tmp_path / "o")]
     answer = CliRunner().invoke(app, given)
     assert answer.exit_code == 0, answer.output
+    assert "\narm: arm.urdf\n" in (tmp_path / "o" / "study.yaml").read_text()  # so that the folder can be moved
     again = dt.load_study(tmp_path / "o" / "study.yaml")
     found = dt.identify(study, dt.read_recording(tmp_path / "run.npz", study.arm.joint_names))
     state = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 4, 6))

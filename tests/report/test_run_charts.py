@@ -51,5 +51,5 @@ def test_a_slide_beside_a_turning_joint_has_its_own_unit():
     told = {chart.y: (chart.marks[0], caption) for chart, caption in run_charts(recording, ["lift", "swing"], {})}
     ends = {label: mark.y[-1] for label, (mark, _) in told.items()}
     assert ends["position [mm]"] == pytest.approx(100.0) and ends["position [°]"] == pytest.approx(20.0)
-    assert ends["from the command [mm]"] == pytest.approx(2.0) and "from the command [mrad]" in ends
+    assert ends["position error [mm]"] == pytest.approx(2.0) and "position error [mrad]" in ends
     assert told["position [mm]"][1] == "Positions of lift." and len({mark.colour for mark, _ in told.values()}) == 2

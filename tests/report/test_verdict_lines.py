@@ -38,7 +38,7 @@ def test_footer_says_objective_proof_and_fix(
     assert "12.3 kg of motors and gears" in printed(*verdict_lines(evaluation))
     assert "proof: optimal; 1200 candidates rejected" in printed(*verdict_lines(selection))
     text = printed(*verdict_lines(nothing_fits))
-    assert text.startswith("FAIL") and "fix: a 10 % lower speed would do" in text
+    assert text.startswith("FAIL") and "advice: a 10 % lower speed would do" in text
 
 
 def test_missing_essentials_are_told(without_data: Evaluation) -> None:

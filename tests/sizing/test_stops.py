@@ -204,6 +204,26 @@ def test_the_safe_current_is_the_largest_one(two_links):
     assert used[0] < 1.0 < used[1]
 
 
+def test_the_remark_on_a_stop_from_the_first_instant_of_a_motion(tmp_path):
+    """There the speed is 0 and the motion has a direction; the spring's stiffness is unknown, so it swings to twice."""
+    motor = {
+        "kind": "brushless", "current_basis": "dc", "winding_basis": "line_line", "resistance": 0.4, "mass": 1.0,
+        "torque_constant": 0.1, "rotor_inertia": 1e-5, "nominal_current": 9.0, "peak_current": 35.0,
+    }  # fmt: skip
+    gear = {"kind": "planetary", "ratio": 20, "efficiency": 0.9, "mass": 1.0, "repeated_peak_torque": 60}
+    table = tmp_path / "axis.csv"
+    table.write_text("time [s],torque_a [N m],speed_a [rad/s]\n0,9,0\n0.3,9,6\n0.3,-9,6\n0.6,-9,0\n")
+    study = drivetrain.study(
+        motions={"turn": {"table": str(table)}}, motors={"M": motor}, gears={"G": gear}, drives=("M", "G"),
+        supply="48 V", amplifier={"current_basis": "dc", "peak_current": 30.0}, open_cycle=True,
+        joints={"default": {"output_bearing": "external", "load_inertia": 0.4}},
+    )  # fmt: skip
+    found = check(drivetrain.evaluate(study), "a", MOMENTARY)
+    begin, rigid = (float(re.search(words, found.remark).group(1)) for words in (r"t = (\S+) s", r"(\S+) N m rigid"))
+    assert begin == 0.0
+    assert found.required == pytest.approx(2.0 * rigid + 9.0, rel=1e-3)  # four digits
+
+
 def test_the_current_that_spares_a_jammed_gear(two_links):
     """As the remark tells it, to its three digits; a rotor that winds the spring too far by itself has none."""
     stiff = replace(two_links.catalog.gears["g1"], stiffness_1=2e4)

@@ -36,7 +36,8 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     Args:
         source: Name of a built-in arm, or path of a URDF (``.urdf``, ``.xacro``), SDF (``.sdf``) or MJCF (``.xml``)
             file; ``package://NAME/...`` is searched in the folders of ROS (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
-        tip: Name of the link that is the end effector. None: the end of the chain, if there is only one.
+        tip: Name of the link that is the end effector, or of a site in an MJCF file. None: the end of the chain, if
+            there is only one.
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: that of an MJCF or SDF file, else 9.81
             along -z (planar-2r: -y).
 
@@ -55,7 +56,7 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     if path.suffix.lower() not in SUFFIXES and not is_there(path):
         problem = "neither a built-in arm nor a .urdf, .xacro, .xml (MJCF) or .sdf file"
         raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
-    model, stated = _model_of(path)
+    model, stated = _model_of(path, tip)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=stated if gravity is None else gravity)
     warn_each(doubtful)
     whole = _with_stated_couplings(_with_stated_rotors(arm, model.drives), model.couplings)
@@ -68,11 +69,11 @@ def usual_tip(source: str) -> str | None:
     return tip_among_several(_model_of(path)[0]) if path.is_file() else None
 
 
-def _model_of(path: Path) -> tuple[UrdfModel, Any]:
+def _model_of(path: Path, tip: str | None = None) -> tuple[UrdfModel, Any]:
     """The model of a file of any format, and the gravity that it states or None."""
     tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
     if tag == "mujoco":
-        return read_mjcf(path)
+        return read_mjcf(path, tip)
     return read_sdf(path) if tag == "sdf" else (read_model(path), None)
 
 

@@ -37,6 +37,7 @@ class _Reading:
     autolimits: bool
     balanced: bool
     defaults: dict[str, dict[str, dict[str, str]]]
+    site: str | None  # name of the site that is the wanted tip
     links: dict[str, RigidBody | None] = field(default_factory=dict)
     joints: dict[str, UrdfJoint] = field(default_factory=dict)
     drives: dict[str, UrdfDrive] = field(default_factory=dict)
@@ -44,8 +45,9 @@ class _Reading:
     notes: list[str] = field(default_factory=list)
 
 
-def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
-    """The contents of an MJCF file, and its gravity [m/s^2].
+def read_mjcf(path: Path, tip: str | None = None) -> tuple[UrdfModel, Array]:
+    """The contents of an MJCF file, and its gravity [m/s^2]. If no body but a site has the name of the wanted tip, the
+    site is a link without mass.
 
     Raises:
         InputError: All parts that cannot be read as an arm: ball joints, bodies whose inertia is given only by their
@@ -74,7 +76,8 @@ def read_mjcf(path: Path) -> tuple[UrdfModel, Array]:
         _defaults(one, "main", defaults.get("main", {}), defaults)
     limits = compiler.get("autolimits", "true") == "true"
     balanced = compiler.get("balanceinertia") == "true"
-    reading = _Reading(reader, turn, sequence, limits, balanced, defaults)
+    site = None if any(body.get("name") == tip for body in root.iter("body")) else tip
+    reading = _Reading(reader, turn, sequence, limits, balanced, defaults, site)
     reading.links[BASE] = None
     for world in root.findall("worldbody"):
         for body in world.findall("body"):
@@ -160,6 +163,10 @@ def _body(reading: _Reading, element: ElementTree.Element, parent: str, above: A
         reading.links[link] = None
         parent = link
     reading.links[name] = _inertial(reading, element, frame, place)
+    for site in element.findall("site"):
+        if reading.site is not None and site.get("name") == reading.site:
+            held = fixed_joint(f"{reading.site}_fixed", name, reading.site, frame @ _pose(reading, site, place))
+            reading.joints[held.name], reading.links[reading.site] = held, None
     for child in element.findall("body"):
         _body(reading, child, name, frame, inherited)
 

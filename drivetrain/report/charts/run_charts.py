@@ -31,8 +31,8 @@ LOWEST, HIGHEST = -60.0, 60.0  # dB drawn
 STORED = ("spring_energy", "magnetic_energy", "kinetic_energy", "potential_energy", "cogging_energy", "bus_energy")
 ROUNDING = 1e-6  # smallest half height of the energy audit's chart, over the largest energy
 FRICTION = {
-    "stick": ("begins to hold", "ink", "circle"), "breakaway": ("lets go", ORANGE, "triangle"),
-    "reversal": ("turns round", BLUE, "diamond"),
+    "stick": ("sticks", "ink", "circle"), "breakaway": ("breaks away", ORANGE, "triangle"),
+    "reversal": ("reverses", BLUE, "diamond"),
 }  # fmt: skip
 SHOWN = ("peak current", "RMS current", "RMS torque", "winding temperature", "tip")
 COLOURS = (BLUE, ORANGE, GREEN, VERMILLION, "muted")
@@ -126,16 +126,16 @@ def run_charts(
         small = 1e3 if max(float(np.abs(values).max()) for values in own.values()) > 1e-4 else 1e6
         shown = f"{'m' if small == 1e3 else 'µ'}{unit}"
         away = {joint: small * values for joint, values in own.items()}
-        whose = f", {', '.join(own)}" if len(own) < len(errors) else ""
-        drawn.append((_lines(recording, away, "from the command", shown), f"How far from the command{whose}."))
+        whose = f" of {', '.join(own)}" if len(own) < len(errors) else ""
+        drawn.append((_lines(recording, away, "position error", shown), f"Position error{whose}."))
     for what, si in (("current", "A"), ("voltage", "V")):
         if series[what]:
             chart = _lines(recording, series[what], what, si, {j: limits.get(j, {}).get(what) for j in joints})
             drawn.append((chart, _limits_text(what, si, series[what], limits)))
     if recording.kept:
         if series["winding_temperature"]:
-            drawn.append((_lines(recording, series["winding_temperature"], "winding", "C"), "Temperatures in the run."))
-        drawn.append((friction_chart(recording, joints), "Friction: where it begins to hold, lets go, turns round."))
+            drawn.append((_lines(recording, series["winding_temperature"], "winding", "C"), "Winding temperatures."))
+        drawn.append((friction_chart(recording, joints), "Friction: where a joint sticks, breaks away or reverses."))
         caption = "Energy put in (electrical), lost and stored; what is not accounted for."
         drawn += captioned(energy_charts(recording), caption)
     return tuple(drawn)

@@ -69,7 +69,7 @@ def _effects(found: EffectCosts, end: End) -> Section:
     headings = ("without", *SHOWN[:4], f"{end.name} deviation", "verdict", "time ×", "work ×")
     lead = (
         f"The full scene takes {with_unit(found.seconds, 's')} a run ({found.solver}) and its verdict is "
-        f"{found.full.verdict}; its {end.name} comes as far as {end.far(tip)} from the command. Without any of these "
+        f"{found.full.verdict}; its {end.name} is at most {end.far(tip)} from the command. Without any of these "
         f"effects a run takes {100.0 * found.bare:.0f}\u00a0% of that. Each row leaves one effect out, everywhere: the "
         "largest change at any joint, and by how much longer a run takes with it."
     )

@@ -42,7 +42,7 @@ class SimulationFound:
 
 
 def simulation_report(found: SimulationFound) -> str:
-    return sheet(found.evaluation.study, "What happens when it runs", [_run(found), _plan(found)])
+    return sheet(found.evaluation.study, "Simulation", [_run(found), _plan(found)])
 
 
 def simulation_lines(found: SimulationFound) -> list[str]:
@@ -79,7 +79,7 @@ def _run(found: SimulationFound) -> Section:
     lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in UNTRUSTED]
     if made is not None:
         end = end_of(found.evaluation.study)
-        lead.append(f"The {end.name} comes as far as {end.far(made.tip_deviation)} from the command.")
+        lead.append(f"The {end.name} is at most {end.far(made.tip_deviation)} from the command.")
     tables = [] if made is None else [_decided(made, recording), _checks(made)]
     if recording.verified:
         compared = tuple(
@@ -111,7 +111,7 @@ def _decided(made: Decision, recording: Recording) -> SheetTable:
         "RMS current",
         "RMS gear torque",
         "winding, cycle repeated",
-        "from the command",
+        "largest position error",
     )
     return SheetTable(headings, rows, "Joint by joint", (1, 2, 3, 4, 5))
 

@@ -44,8 +44,8 @@ def change_sentence(change: SmallestChange) -> str:
     after = f"{number(_safe(change.after, change.before))}\u00a0{change.unit}".rstrip("\u00a0")
     whole = "the whole set then meets all limits" if change.set_holds else "other drives of the set still exceed limits"
     return (
-        f"{change.what.capitalize()}: passes with {after} instead of {before}; a little less and {change.check} fails; "
-        f"{whole}.{gear}"
+        f"{change.what.capitalize()}: passes with {after} instead of {before}; with a smaller change "
+        f"{change.check} fails; {whole}.{gear}"
     )
 
 

@@ -52,6 +52,7 @@ SEARCH_TIME = 5.0  # time limit of such a search [s]
 SUPPLY = -1  # stands for the index of a joint: every joint has a feasible drive
 NOT_KNOWN = " (not known)"
 FEASIBLE = -1
+STOPS = ("gear momentary peak torque", "arm stop at full current")  # their remarks say how a gear is spared
 LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
 UNITS = (*(c.unit for c in CHECKS), *(c.unit for c in CHECKS), "kg", "")
 
@@ -264,7 +265,8 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
         failed = [check for check in checks if check.verdict is Verdict.FAIL]
         if failed:
             check = max(failed, key=_excess)
-            found.append(f"Binding at {place}: {check.name}, {_figures(check)}.")
+            cause = f" Cause: {check.remark}." if check.name in STOPS and check.remark else ""
+            found.append(f"Binding at {place}: {check.name}, {_figures(check)}.{cause}")
     return list(dict.fromkeys(found))
 
 
@@ -280,7 +282,7 @@ def _figures(check: Check) -> str:
     required, available = (math.nan if value is None else value for value in found)
     over = 100.0 * ((check.utilisation or 0.0) - 1.0)
     excess = f"{over:.3g} % over" if math.isfinite(over) else "without bound"
-    factor = "" if check.factor == 1.0 else f"; the factor {check.factor:g} is in it"
+    factor = "" if check.factor == 1.0 else f"; safety factor {check.factor:g} included"
     unit = f"A {AMPERES[check.current_basis]}" if check.unit == "A" else check.unit
     return f"{required:.4g} of {available:.4g} {unit} ({excess}{factor})"
 
