@@ -330,6 +330,10 @@ def test_all_dialects_of_a_drive(tmp_path: Path) -> None:
     one = written(tmp_path, chain(DRIVES.format(ros1=101, ros2=101, drake=""), joint))
     drive = read_model(one).drives["turn"]
     assert (drive.damping, drive.friction, drive.ratio, drive.rotor_inertia) == (0.5, 0.25, 101.0, None)
+    assert (
+        "friction in the file, not used (a study states `friction` of a joint): turn 0.25 N m and 0.5 N m per rad/s"
+        in (load_arm(one).notes)
+    )
     two = written(tmp_path, chain(DRIVES.format(ros1=1, ros2=1, drake=drake), joint))
     assert read_model(two).drives["turn"].ratio == -120.0  # the undeclared prefix is no error either
     assert read_model(two).drives["turn"].rotor_inertia == 1.5e-4

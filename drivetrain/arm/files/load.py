@@ -102,7 +102,18 @@ def _with_stated_rotors(arm: Arm, drives: Mapping[str, UrdfDrive]) -> Arm:
     driven = [name for name, rotor in zip(arm.joint_names, rotors, strict=True) if rotor is not None]
     if driven:
         notes.append("rotors from the file, on the joint axes, carried by the link before: " + ", ".join(driven))
+    rubbing = [text for name in arm.joint_names if (text := _friction(arm, name, drives[name]))]
+    if rubbing:
+        notes.append(f"friction in the file, not used (a study states `friction` of a joint): {', '.join(rubbing)}")
     return replace(with_rotors(arm, rotors), notes=(*arm.notes, *notes))
+
+
+def _friction(arm: Arm, name: str, drive: UrdfDrive) -> str:
+    """A joint's friction in words; empty if the file states none."""
+    force, speed = ("N", "m/s") if arm.slides[arm.joint_names.index(name)] else ("N m", "rad/s")
+    coulomb = f"{drive.friction:g} {force}" if drive.friction else ""
+    viscous = f"{drive.damping:g} {force} per {speed}" if drive.damping else ""
+    return f"{name} {' and '.join(filter(None, (coulomb, viscous)))}" if coulomb or viscous else ""
 
 
 def _with_stated_couplings(arm: Arm, couplings: Sequence[UrdfCoupling]) -> Arm:
