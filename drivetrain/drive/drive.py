@@ -23,6 +23,7 @@ from drivetrain.drive.gear import (
     drag_torque,
     mesh,
     mesh_loss_coefficient,
+    mesh_slope,
     mesh_torque,
 )
 from drivetrain.drive.motor import (
@@ -69,8 +70,8 @@ class MotorTorque:
         mesh: Torque through the mesh for load and joint friction, mesh loss included.
         rotor: Torque that accelerates rotor and gear input; it does not cross the mesh.
         friction: Torque for motor friction and gear drag; 0 at rest.
-        starting: Torque for peak checks: ``total`` while moving; at rest the breakaway torque against the load, or
-            ``total`` where that is larger.
+        starting: Torque for peak checks: ``total`` while moving; at rest the breakaway torque against the load or in
+            the direction of the next motion, or ``total`` where that is larger.
     """
 
     total: Array
@@ -137,14 +138,24 @@ def rotor_torque(inertia: Any, ratio: Any, acceleration: Any, carrier_accelerati
 
 
 @law
-def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, sign: Any) -> Any:
-    """Motor torque that breaks a resting joint loose against its load, or without load in the direction ``sign`` [N m];
-    the rotor's acceleration is not included.
+def breakaway_motor_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, sign: Any) -> Any:
+    """Motor torque that breaks a resting joint loose in the direction ``sign``, whether its load is against that or
+    with it [N m]; the rotor's acceleration is not included.
     """
-    sign = direction(gear_torque) + (gear_torque == 0.0) * direction(sign)
     turning = direction(mesh.ratio) * sign
     pushed = gear_torque + breakaway_friction(joint, sign)
-    return mesh.driving * pushed / mesh.ratio + breakaway_friction(shaft, turning) + mesh.starting * turning
+    return mesh_slope(mesh, pushed * sign) * pushed + breakaway_friction(shaft, turning) + mesh.starting * turning
+
+
+@law
+def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, rotor: Any, ahead: Any) -> Any:
+    """The larger of the motor torques that break a resting joint loose against its load, and in the direction
+    ``ahead`` in which it moves next [N m]: friction of that direction may be larger. ``rotor``: torque that accelerates
+    the rotor.
+    """
+    against = breakaway_motor_torque(mesh, shaft, joint, gear_torque, direction(gear_torque)) + rotor
+    next_move = breakaway_motor_torque(mesh, shaft, joint, gear_torque, direction(ahead)) + rotor
+    return against + (next_move - against) * (abs(next_move) > abs(against))
 
 
 def motor_torque(
@@ -188,7 +199,7 @@ def motor_torque(
     friction = np.asarray(friction + drag_torque(gear, gear.ratio * speed, gear_temperature))
     total = through + rotor + friction
     shaft, joint = friction_curve(shaft_friction(drive)), friction_curve(drive.joint_friction)
-    starting = starting_torque(gear, shaft, joint, gear_torque, rolled(speed, -1, parts)) + rotor
+    starting = starting_torque(gear, shaft, joint, gear_torque, rotor, rolled(speed, -1, parts))
     stronger = np.logical_and(at_rest, np.abs(starting) > np.abs(total))
     return MotorTorque(total, through, rotor, friction, np.where(stronger, starting, total))
 

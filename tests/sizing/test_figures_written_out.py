@@ -219,6 +219,24 @@ def test_the_torque_of_a_lossy_drive_that_moves(make, ratio):
     assert backwards.any()
 
 
+@pytest.mark.parametrize("ratio", [50.0, -50.0])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_start_of_a_motion_with_more_friction_than_one_against_the_load(make, ratio, way):
+    """A light load of 2 N m helps a joint that sticks with 11 N m where it starts, with 1 N m the other way."""
+    time = np.array([0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 5.0, 5.0, 6.0])
+    speed = -way * np.array([0.0, 0.0, 0.0, 0.1, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
+    acceleration = -way * np.array([0.0, 0.0, 0.1, 0.1, 0.0, 0.0, -0.1, -0.1, 0.0, 0.0, 0.0, 0.0])
+    cycle = make.table_cycle(time, np.full(12, way * 2.0), speed, acceleration)
+    joint = Friction(1.0, 11.0, tanh_speed=3.0) if way > 0.0 else Friction(11.0, 1.0, tanh_speed=3.0)
+    shaft = Friction(0.01, 0.04) if way * ratio > 0.0 else Friction(0.04, 0.01)
+    gear = replace(make.gear, ratio=ratio, starting_torque=0.003, inertia=0.0)
+    op = axis(make, replace(make.motor, rotor_inertia=1e-15), gear, cycle, {"friction": joint, "motor_friction": shaft})
+    assert op.figures.load_torque == pytest.approx(11.0 - 2.0, rel=1e-12)
+    assert op.figures.motor_torque == pytest.approx((11.0 - 2.0) / 0.8 / 50.0 + 0.04 + 0.003, rel=1e-12)
+    loosening = np.abs(op.demand.loosening_torque)
+    assert loosening.max() == pytest.approx(9.0, rel=1e-12) and time[loosening.argmax()] == 1.0
+
+
 def test_rms_and_mean_of_squares(make):
     op = axis(make, safety=Safety(rms=1.2))
     torque, time = op.motor_torque, op.demand.time

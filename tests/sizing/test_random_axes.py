@@ -142,17 +142,20 @@ def worked_out(op, temperature):
     """Motor torque at every sample, and that with the start of what rests."""
     demand, ratio, friction = op.demand, op.drive.gear.ratio, op.task.friction
     way = loss_speed(demand.speed, demand.acceleration, demand.at_rest, parts=demand.cycle.parts)
-    driving, _, _, inertia, _ = part_of(op)
+    driving, driven, _, inertia, _ = part_of(op)
     rotor = inertia * (ratio * demand.acceleration + demand.carrier_acceleration)
     held = demand.gear_torque / ratio + rotor
     if op.drive.gear.holding:
         held = driving * demand.gear_torque / ratio + sticks(op) * np.sign(demand.gear_torque / ratio) + rotor
     moving = shaft_torque(op, demand.gear_torque + rubbed(friction, way), way, rotor, temperature)
     torque = np.where(way == 0.0, held, moving)
-    sign = np.sign(demand.gear_torque)
-    pushed = demand.gear_torque + sign * stuck(friction)
-    start = driving * pushed / ratio + np.sign(ratio) * sign * (stuck(op.task.motor_friction) + sticks(op)) + rotor
-    return torque, np.where(demand.at_rest, np.maximum(np.abs(torque), np.abs(start)), np.abs(torque))
+    starts = []
+    for sign in (np.sign(demand.gear_torque), np.sign(way[demand.cycle.after])):  # against the load, and where it moves
+        pushed = demand.gear_torque + sign * stuck(friction)
+        through = np.where(pushed * sign > 0.0, driving, np.where(pushed * sign < 0.0, driven, 0.0)) * pushed / ratio
+        start = through + np.sign(ratio) * sign * (stuck(op.task.motor_friction) + sticks(op)) + rotor
+        starts.append(np.where(sign == 0.0, 0.0, np.abs(start)))
+    return torque, np.where(demand.at_rest, np.max([np.abs(torque), *starts], axis=0), np.abs(torque))
 
 
 def phase_squares(op):

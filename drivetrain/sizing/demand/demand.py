@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import STANDSTILL, Drive, resting
+from drivetrain.drive.drive import STANDSTILL, Drive, loss_speed, resting
 from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.drive_wrenches import DriveWrenches, drive_wrenches
@@ -84,10 +84,16 @@ class JointDemand:
 
     @cached_property
     def loosening_torque(self) -> Array:
-        """``load_torque`` plus, at rest, the breakaway friction if the joint ever moves [N m], (N,)."""
+        """``load_torque`` plus, at rest, the breakaway friction if the joint ever moves [N m], (N,).
+
+        It acts against the load, or in the direction of the next motion where that needs more.
+        """
         if not self.moves:
             return self.load_torque
-        return self.load_torque + np.where(self.at_rest, breakaway_torque(self.friction, self.load_torque), 0.0)
+        load, cycle = self.load_torque, self.cycle
+        ahead = loss_speed(self.speed, self.acceleration, self.at_rest, parts=cycle.parts)[cycle.after]
+        against, next_move = (load + breakaway_torque(self.friction, sign) for sign in (load, ahead))
+        return np.where(self.at_rest, np.where(np.abs(next_move) > np.abs(against), next_move, against), load)
 
     @cached_property
     def stop_torque(self) -> Array:

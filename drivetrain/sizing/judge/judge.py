@@ -801,10 +801,13 @@ def at_rest(
         at_gear, torque, load, starting = gear_torque[rest], torques[rest], loads[rest], starts[rest]
         for t in range(len(at_gear)):
             rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
-            start = starting_torque(mesh, shaft, joint, at_gear[t], upcoming_speed[t]) + rotor
+            start = starting_torque(mesh, shaft, joint, at_gear[t], rotor, upcoming_speed[t])
             starting[t] = larger(abs(torque[t]), abs(start) * moves)
-            loose = breakaway_friction(joint, load[t]) * moves
-            largest_load, largest = larger(largest_load, abs(load[t] + loose)), larger(largest, starting[t])
+            loose = larger(
+                abs(load[t] + breakaway_friction(joint, load[t]) * moves),
+                abs(load[t] + breakaway_friction(joint, upcoming_speed[t]) * moves),
+            )
+            largest_load, largest = larger(largest_load, loose), larger(largest, starting[t])
     return largest_load, largest
 
 

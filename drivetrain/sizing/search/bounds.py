@@ -20,7 +20,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import conduction_loss
 from drivetrain.drive.brake import holding_torque
-from drivetrain.drive.drive import rotor_torque, starting_torque
+from drivetrain.drive.drive import breakaway_motor_torque, rotor_torque
 from drivetrain.drive.friction import (
     Friction,
     breakaway_friction,
@@ -497,8 +497,9 @@ def least_mechanical(case: Any, interval: TorqueInterval, amounts: Any, gear_tem
                 a, b = low[t], high[t]
                 if a > 0.0 or b < 0.0:
                     rotor = rotor_torque(inertia, mesh.ratio, motion.acceleration[t], motion.carrier_acceleration[t])
-                    start = starting_torque(mesh, at_shaft, joint, a, 0.0) + rotor
-                    other = starting_torque(mesh, at_shaft, joint, b, 0.0) + rotor
+                    sign = direction(a + b)
+                    start = breakaway_motor_torque(mesh, at_shaft, joint, a, sign) + rotor
+                    other = breakaway_motor_torque(mesh, at_shaft, joint, b, sign) + rotor
                     if start * other > 0.0:
                         torque = larger(torque, smaller(abs(start), abs(other)))
     return LeastMechanical(load, torque, square, phase)
