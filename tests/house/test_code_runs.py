@@ -50,6 +50,12 @@ def test_python_of_own_parts() -> None:
     assert set(names["checks"]["verdict"]) <= {"PASS", "MARGINAL", "NOT CHECKED"}
 
 
+def test_python_of_choose_drives(folder: Path) -> None:
+    (folder / "my_arm.yaml").write_text(study_template(), encoding="utf-8")
+    table = executed((ROOT / "docs" / "choose_drives.md").read_text(encoding="utf-8"))["table"]
+    assert list(table) == ["best", "runner-up"] and table["best"].max() <= 1.0
+
+
 def test_code_of_own_motion() -> None:
     page = (ROOT / "docs" / "own_motion.md").read_text(encoding="utf-8")
     assert executed(page)["drawn"].time[-1] > 1.0

@@ -70,7 +70,7 @@ def test_the_command_writes_what_the_design_says(folder: Path) -> None:
         "(m/min)/mm",
         "sampled at 1.00 kHz",
         "modulus margin",
-        "Closed poles",
+        "Closed-loop poles",
         "1 sample later",
         "resonance of the joint",
     ):

@@ -98,7 +98,7 @@ def test_sentence_and_rows(found) -> None:
     (window,) = found.windows
     sentence = ratio_sentence(found)
     assert f"from {window.low:.1f} ({window.low_binding})" in sentence
-    assert f"to {window.high:.0f} ({window.high_binding})" in sentence
+    assert f"to {window.high:.0f} ({window.high_binding.replace(' (not checked)', ', not checked')})" in sentence
     assert "its own, 50.0, is inside" in sentence
     (row,) = ratio_rows(found)
     assert row[4:6] == (Chip(f"{window.low:.1f}", "pass"), f"{window.high:.0f}")

@@ -29,7 +29,7 @@ def test_the_rule_is_named_with_the_value(study):
     gear = next(key for key, row in catalog.gears.items() if row.kind == "planetary")
     motor = task.pairs[0][0]
     words = excluded_by(task, catalog, motor, gear)
-    assert f"gears rule 'kind: strain_wave': of gear {gear} it is planetary" in words
+    assert f"gears rule 'kind: strain_wave': that of {gear} is planetary" in words
     assert any("not built around" in word for word in words)
     wound = next(key for key, row in catalog.motors.items() if row.nominal_voltage == 24.0)
     found = excluded_by(task, catalog, wound, None)

@@ -205,6 +205,17 @@ def test_default_motion_fills_in_what_others_leave_out(load: Any) -> None:
     assert np.abs(study.cycle.velocity).max() == pytest.approx(math.pi / 2)
 
 
+def test_a_wrong_profile_of_the_default_motion_is_one_fault(load: Any) -> None:
+    """The motions that take it from there are not said to lack one."""
+    default = {"unit": "deg", "profile": "trapez", "speed": "90 deg/s", "acceleration": "180 deg/s^2"}
+    with pytest.raises(InputError) as caught:
+        load({
+            "motions": {"default": default, "there": {"waypoints": [[0, 0], [90, 0], [0, 0]]}},
+            "cycle": [{"motion": "there"}],
+        })  # fmt: skip
+    assert [fault.place for fault in caught.value.faults] == ["motions.default.profile"]
+
+
 def test_digest_follows_content_only(load: Any, folder: Path) -> None:
     first = load().digest
     assert load().digest == first

@@ -64,6 +64,8 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
             {"joints.joint_2.mount": {"offset": "50 m"}},
             ["joints.joint_2.mount.offset", "50 m from its joint", "50 mm meant"],
         ),
+        ({"ambient": "30 K"}, ["ambient", "-243.1 °C", "was °C meant?"]),
+        ({"ambient": "298 °C"}, ["ambient", "298 °C", "was K meant?"]),
         (
             {"joints.default": {"candidates": {"motors": {"mass": ["5 kg", None]}}}},
             [

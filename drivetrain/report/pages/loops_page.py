@@ -27,10 +27,10 @@ JUDGED = ("stable", "speed_bandwidth", "speed_reach", "position_reach", "modulus
 def loops_report(study: Study, found: StudyLoops) -> str:
     sections = [_section(one) for one in found.joints]
     sections += [
-        Section(name, anchor(name), "not laid out", "unchecked", (f"Not laid out: {why}.",))
+        Section(name, anchor(name), "not designed", "unchecked", (f"Not designed: {why}.",))
         for name, why in found.missing.items()
     ]
-    return sheet(study, "Loops for the amplifiers", sections)
+    return sheet(study, "Control loops", sections)
 
 
 def loops_sentence(one: JointLoops) -> str:
@@ -79,7 +79,7 @@ def _section(one: JointLoops) -> Section:
         ),
         (
             step_chart(one),
-            "Motor's angle after a step of its command, without speed fed forward and within the current's limit.",
+            "Motor's angle after a step of its command, without speed feedforward and below the current limit.",
         ),
     )
     tables: tuple[SheetTable, ...] = (_gains(one, one.design, "Gains"),)
@@ -100,7 +100,7 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
         "continuous loops, since the study states no control for this joint: samples and delay make them slower "
         "(simulation: {control: {" + one.joint + ": {rate: 1 kHz, delay: 1}}})"
         if timing.period == 0.0
-        else f"loops sampled at {number(1e-3 / timing.period)} kHz, given out {late} and held"
+        else f"loops sampled at {number(1e-3 / timing.period)} kHz, output {late} and held"
     )
     return (
         servo,
@@ -128,7 +128,7 @@ def _gains(one: JointLoops, design: LoopDesign, title: str) -> SheetTable:
         ("current loop, integral gain", _of(one.current_integral, "V/(A s)"),
          _of(None if one.current_integral is None else 1e-3 * one.current_integral, "V/(A ms)")),
     ]  # fmt: skip
-    return SheetTable(("gain", "SI", "as amplifiers want it"), tuple(rows), title, (1, 2))
+    return SheetTable(("gain", "SI", "in units of amplifiers"), tuple(rows), title, (1, 2))
 
 
 def _margins(one: JointLoops) -> SheetTable:
@@ -150,7 +150,7 @@ def _margins(one: JointLoops) -> SheetTable:
         "gain margin at each crossing of −180°",
         "−3 dB, closed",
     )
-    return SheetTable(headings, tuple(rows), "Margins, from the simulation's own samples, hold and delay", (3,))
+    return SheetTable(headings, tuple(rows), "Margins, with the samples, hold and delay of the simulation", (3,))
 
 
 def _poles(one: JointLoops) -> SheetTable:
@@ -163,8 +163,9 @@ def _poles(one: JointLoops) -> SheetTable:
         for pole in sorted(shown, key=abs):
             natural = abs(pole)
             fades = _of(-1e3 / pole.real, "ms") if pole.real < 0.0 else "grows"
-            rows.append((f"{load} load", _of(natural / TURN, "Hz"), number(-pole.real / natural), fades))
-    return SheetTable(("with the", "natural frequency", "damping", "fades in"), tuple(rows), "Closed poles", (1, 2, 3))
+            rows.append((load, _of(natural / TURN, "Hz"), number(-pole.real / natural), fades))
+    headings = ("load", "natural frequency", "damping", "time constant")
+    return SheetTable(headings, tuple(rows), "Closed-loop poles", (1, 2, 3))
 
 
 def _phases(margins: Margins) -> str:
@@ -188,15 +189,15 @@ def _plant(one: JointLoops) -> SheetTable:
     rows = (
         ("load at the joint", _of(one.lightest, "kg m²"), _of(axis.load_inertia, "kg m²")),
         ("rotor and gear input, at the joint", *2 * (_of(square * axis.rotor_inertia, "kg m²"),)),
-        ("gear's stiffness, its softest", *2 * (_of(axis.stiffness, "N m/rad"),)),
-        ("damping along it", *2 * (_of(axis.spring_damping if stiff else None, "N m s/rad"),)),
+        ("smallest stiffness of the gear", *2 * (_of(axis.stiffness, "N m/rad"),)),
+        ("damping of the gear", *2 * (_of(axis.spring_damping if stiff else None, "N m s/rad"),)),
         ("anti-resonance", *(_of(d.anti_resonance / TURN if stiff else None, "Hz") for d in (light, heavy))),
         ("resonance", *(_of(d.resonance / TURN if stiff else None, "Hz") for d in (light, heavy))),
         ("speed loop's crossover as designed", *(_of(d.speed_bandwidth / TURN, "Hz") for d in (light, heavy))),
-        ("speed gain over what samples allow a rigid joint", *(_share(d) for d in (light, heavy))),
+        ("speed gain over that permitted by the sampling, rigid joint", *(_share(d) for d in (light, heavy))),
         ("nearest to −1 at", *(_of(d.critical_frequency / TURN, "Hz") for d in (light, heavy))),
     )
-    return SheetTable(("plant", "lightest load", "heaviest load"), rows, "What the servo drives", (1, 2))
+    return SheetTable(("quantity", "lightest load", "heaviest load"), rows, "Plant", (1, 2))
 
 
 def _share(design: LoopDesign) -> str:

@@ -15,25 +15,26 @@ from drivetrain.report.pages.views import CSS, anchor, chip
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.sizing.answers.ratio import ClosedForms, RatioStudy, RatioWindow
+from drivetrain.sizing.judge.vary import NOT_CHECKED
 from drivetrain.study.parts.verdicts import Verdict
 
 METHOD = (
     "Motor torque at the ratio G is T/G + rotor inertia · G · acceleration, with the mesh's loss by the direction of "
-    "power, friction on both sides of the gear and the acceleration of the link that carries the motor. The RMS of it "
-    "is smallest where both parts weigh alike.",
+    "power, friction on both sides of the gear and the acceleration of the link that carries the motor. Its RMS value "
+    "is smallest where both terms contribute equally.",
     "Matched inertia, √(load inertia / rotor inertia), is the answer for an inertia alone (Modern Robotics, exercise "
-    "8.9); weight and friction ask for more ratio.",
-    "α is what the motor has, rated torque² over rotor inertia; β is what the load takes at its best ratio. Where α is "
-    "smaller, no ratio will do. This method divides by the efficiency even where the load drives, so its range is "
-    "narrower than that of the checks.",
-    "A small ratio ends where torque, current or heat do, a large one where speed or voltage do.",
+    "8.9); weight and friction require a larger ratio.",
+    "α of the motor is its rated torque² over its rotor inertia; β is what the load needs at its best ratio. Where α "
+    "is smaller, no ratio is sufficient. This method divides by the efficiency even where the load drives, so that its "
+    "range is narrower than that of the checks.",
+    "The lower end of a window is set by torque, current or heat, the upper end by speed or voltage.",
 )
 
 
 def ratio_report(studies: Sequence[RatioStudy]) -> str:
     """The ratio studies of one task as one page that needs nothing from outside."""
     if not studies:
-        raise InputError(Fault("joints", "none of them moves, so no ratio decides anything"))
+        raise InputError(Fault("joints", "none of them moves, so there is no ratio to study"))
     method = Section("How to read this", "method", notes=METHOD)
     return sheet(studies[0].study, "Gear ratios", [_overview(studies), *map(_joint, studies), method])
 
@@ -73,22 +74,26 @@ def ratio_sentence(found: RatioStudy) -> str:
 
 def _span(window: RatioWindow) -> str:
     """A window in words, with what ends it."""
-    low = f"from {number(window.low)} ({window.low_binding})" if window.low > 0.0 else "of any smallness"
-    high = f"to {number(window.high)} ({window.high_binding})" if window.high < math.inf else "upwards"
+    ends = (window.low_binding, window.high_binding)
+    low_end, high_end = (end.replace(NOT_CHECKED, ", not checked") for end in ends)
+    low = f"from {number(window.low)} ({low_end})" if window.low > 0.0 else "of any smallness"
+    high = f"to {number(window.high)} ({high_end})" if window.high < math.inf else "upwards"
     return f"{low} {high}"
 
 
 def _overview(studies: Sequence[RatioStudy]) -> Section:
-    headings = ("joint", "motor", "gear varied", "its ratio", "all checks satisfied from", "to", "ended below by",
-                "ended above by", "least utilisation at", "utilisation there")  # fmt: skip
+    headings = (
+        "joint", "motor", "gear varied", "its ratio", "all checks satisfied from", "to", "check that ends it below",
+        "check that ends it above", "ratio of lowest utilisation", "lowest utilisation",
+    )  # fmt: skip
     rows = tuple(row for found in studies for row in ratio_rows(found))
     return Section("Every joint", "joints", tables=(SheetTable(headings, rows, "", (3, 4, 5, 8, 9)),))
 
 
 def _joint(found: RatioStudy) -> Section:
     caption = (
-        "Everything on the gear's sheet but its ratio is kept. Shaded: ratios at which all checks are satisfied; "
-        "dashed upright: the sheet's own ratio."
+        "All data of the gear except its ratio are kept. Shaded: ratios at which all checks are satisfied; "
+        "dashed line: the ratio of the data sheet."
     )
     charts = ratio_charts(found)
     if not any("winding" in chart.y for chart in charts):
@@ -100,10 +105,10 @@ def _joint(found: RatioStudy) -> Section:
         (joint, f"{number(100.0 * share, 2)}\u00a0%" if share >= 1e-4 else "below 0.01\u00a0%")
         for joint, share in found.reaction.items()
     )
-    headings = ("gear", "ratio", "verdict", "utilisation", "of")
-    felt = "What the joints before feel of it: change of their torque over the window, over their own peak"
+    headings = ("gear", "ratio", "verdict", "utilisation", "binding check")
+    felt = "Effect on the joints before it: change of their torque over the window, divided by their peak"
     tables = (
-        SheetTable(headings, gears, "Nearest gears of the catalogue, each with its own sheet", (1, 3)),
+        SheetTable(headings, gears, "Nearest gears of the catalogue, each with its own data", (1, 3)),
         SheetTable(("joint", "change"), reaction, felt, (1,)),
     )
     word, css = ("fits", "pass") if found.feasible else ("no ratio fits", "fail")
@@ -238,7 +243,7 @@ def _free_joint(one: FreeJoint) -> Section:
          percent(gear.utilisation), gear.binding)
         for gear in one.gears
     )  # fmt: skip
-    headings = ("gear", "ratio", "goal above the continuous best", "verdict", "utilisation", "of")
+    headings = ("gear", "ratio", "goal above the continuous best", "verdict", "utilisation", "binding check")
     title = f"Gears of the catalogue nearest to a ratio of {number(one.best)}"
     tables = (SheetTable(headings, rows, title, (1, 2, 4)),)
     lead = () if rows else ("No gear of the catalogue goes with this motor.",)

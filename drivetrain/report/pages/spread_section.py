@@ -111,7 +111,7 @@ def spread_lines(found: Spread) -> list[str]:
     first = next((one for one in found.tornadoes if one.bars), None)
     if first is not None:
         widest = ", ".join(f"{bar.source} ({percent(bar.at_low)} to {percent(bar.at_high)})" for bar in first.bars[:3])
-        lines.append(f"{first.joint}: {first.check} moves most with {widest}")
+        lines.append(f"{first.joint}: {first.check} changes most with {widest}")
     return lines
 
 

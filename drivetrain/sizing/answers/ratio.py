@@ -437,5 +437,5 @@ def _notes(setup: Setup, joint: int) -> tuple[str, ...]:
     if not result.gear:
         notes.append("an ideal gear: no limits, no loss, no inertia of its own")
     if joint > 0 and setup.study.arm is not None:
-        notes.append("the joints before feel this joint's rotor; they are not checked here")
+        notes.append("this joint's rotor also loads the joints before it; they are not checked here")
     return (*notes, *result.drive.assumptions)

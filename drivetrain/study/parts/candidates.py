@@ -223,7 +223,7 @@ def _broken(what: str, key: str, row: Motor | Gear, rules: Form, columns: tuple[
         unit = units.get(name, "")
         value = key if name == "keys" else getattr(row, name)
         has = "unknown" if value is None else _shown(value, unit)
-        found.append(f"{what}s rule '{name}: {limits_in_words(wanted, unit)}': of {what} {key} it is {has}")
+        found.append(f"{what}s rule '{name}: {limits_in_words(wanted, unit)}': that of {key} is {has}")
     return found
 
 

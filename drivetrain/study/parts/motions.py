@@ -285,7 +285,7 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
     limits = _limits(form, arm, ledger, place)
     dwell = _dwell(form.dwell, len(rows), ledger, (*place, "dwell"))
     durations = form.durations
-    if form.profile is None:
+    if form.profile is None and not ledger.spoiled(("motions", DEFAULT, "profile")):
         ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
     if len(rows) < 2:
         ledger.fault((*place, "waypoints"), "must be at least two rows")
@@ -312,7 +312,7 @@ def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) 
     start = None if form.start is None else _row(form.start, form, arm, ledger, (*place, "start"))
     if form.start is None:
         ledger.fault((*place, "start"), "is missing: joint positions before the first move, which choose the posture")
-    if form.profile is None:
+    if form.profile is None and not ledger.spoiled(("motions", DEFAULT, "profile")):
         ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
     if not form.moves:
         ledger.fault((*place, "moves"), "must have at least one move")
