@@ -445,7 +445,7 @@ class Quantity(Reader):
 
 @dataclass(frozen=True)
 class Between(Reader):
-    """A range of a quantity: a list of its smallest and largest value, with null for no limit."""
+    """A range of magnitudes: a list of the smallest and the largest one, with null for no limit."""
 
     unit: str
 
@@ -454,6 +454,8 @@ class Between(Reader):
         if not isinstance(value, list | tuple) or len(value) != 2:
             raise refused(f"must be a range such as {example}", "null leaves an end open")
         low, high = (None if end is None else Quantity(self.unit).read(end) for end in value)
+        if min(end for end in (low, high, 0.0) if end is not None) < 0.0:
+            raise refused("must not be negative", f"values count by their magnitude, whatever their sign: {example}")
         if low is not None and high is not None and low > high:
             raise refused(f"must be a range such as {example}, smallest first")
         return low, high

@@ -238,7 +238,8 @@ class Safety:
         voltage: Factor on the terminal voltage.
         reserve: A check that passes with utilisation above ``1 - reserve`` is MARGINAL.
         temperature_margin: Margin between the highest winding temperature and its limit [K].
-        inertia_ratio: Largest permitted ratio of reflected load inertia to rotor inertia; None: for information.
+        inertia_ratio: Largest permitted ratio of reflected load inertia to that of rotor, brake and gear input. An
+            amplifier's manual may count the gear with the load, which is stricter. None: for information.
         life: Required life of gears and their output bearings [s]; None: for information.
         bearing_static_safety: Factor on the static load of an output bearing: usually 1.5, with shocks 2, for precision
             3.

@@ -141,6 +141,8 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"gears": {"g": {"kind": "spur", "ratio": 0, "source": "x"}}}, "gears.g, gear g.ratio", "must not be 0"),
         ({"joints.default": {"candidates": {"gears": {"kind": "rv"}}}}, "joints.default.candidates.gears.kind", "rv"),
         ({"joints.default.candidates.frameless_rule": {"min_diameter_ratio": 3}}, "frameless rule", "the smallest"),
+        ({"joints.default.candidates.gears": {"ratio": [-160, -30]}}, "gears.ratio", "must not be negative"),
+        ({"joints.default.candidates.gears": {"ratio": [None, -30]}}, "gears.ratio", "must not be negative"),
         ({"motions.default": {"file": "x.csv"}}, "motions.default.file", "for one motion"),
     ],
 )  # fmt: skip

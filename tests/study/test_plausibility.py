@@ -77,8 +77,8 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
             ],
         ),
         (
-            {"joints.default": {"candidates": {"gears": {"ratio": [-160, -30]}}}},
-            ["joints.default.candidates", "joint_1", "filtered out 2 by 'ratio: -160 to -30'", "rules of `gears`"],
+            {"joints.default": {"candidates": {"gears": {"ratio": [900, 990]}}}},
+            ["joints.default.candidates", "joint_1", "filtered out 2 by 'ratio: 900 to 990'", "rules of `gears`"],
         ),
         (
             {"joints.default": {"candidates": {"motors": {"keys": ["large"]}}}},

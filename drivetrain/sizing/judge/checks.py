@@ -208,7 +208,8 @@ REQUIREMENTS: tuple[Requirement, ...] = (
     Requirement(
         "inertia ratio", "1", "figures.inertia_ratio", "safety.inertia_ratio", SPEED,
         "inertia ratio that the study allows", instant="load_inertia", applies="setting.ratio_limit", essential=True,
-        words=words.inertia_ratio, formula="(largest load inertia + stages) / (G^2 rotor inertia)",
+        words=words.inertia_ratio,
+        formula="(largest load inertia + stages) / (G^2 x inertia of rotor, brake and gear input)",
     ),
     Requirement(
         "motor peak torque", "N m", "figures.motor_torque", "limits.short_time_torque", TORQUE, "short-time torque",
