@@ -472,3 +472,6 @@ def test_ratio_tells_the_window_of_the_door(tmp_path: Path) -> None:
     wrong = CliRunner().invoke(app, ["ratio", study, "--joint", "hinges", "--out", str(tmp_path / "no")])
     assert wrong.exit_code == 2
     assert not (tmp_path / "no").exists()
+    page = CliRunner().invoke(app, ["ratio", study, "--out", str(tmp_path / "page.html")])
+    assert page.exit_code == 2 and "must be a folder" in page.output
+    assert not (tmp_path / "page.html").exists()

@@ -27,6 +27,7 @@ NOT_KEPT = (
     "compiling to machine code, some half a minute: no folder can be written to keep it in (NUMBA_CACHE_DIR names one)"
 )
 FITS, DOES_NOT_FIT, BAD_INPUT, FAILED, STOPPED, NOBODY_READS = 0, 1, 2, 3, 130, 141
+FILES = (".html", ".json", ".csv", ".pdf")  # what commands write into the folder of --out
 DEBUG = "DRIVETRAIN_DEBUG"  # in the environment
 
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a YAML file (see `drivetrain init`).")]
@@ -135,6 +136,8 @@ def writable(out: Path | None, *, file: bool = False, option: str = "--out") -> 
     if out is None:
         return
     refuse(file and out.is_dir(), option, "must be a file, but is a folder", str(out), f"such as {out / 'results.csv'}")
+    named = not file and not out.exists() and out.suffix.lower() in FILES
+    refuse(named, option, "must be a folder, but has the name of a file", str(out), f"such as {out.with_suffix('')}")
     folder = out.absolute().parent if file else out.absolute()
     there = next(one for one in (folder, *folder.parents) if one.exists())
     refuse(not there.is_dir(), option, f"must be a folder, but {there} is a file", str(out))

@@ -325,8 +325,8 @@ def equals_sentence(selection: Selection) -> str:
     if count == 1 and selection.all_equals:
         return f"No other feasible set has the same {what}."
     return (
-        f"{count if selection.all_equals else f'At least {count}'} feasible sets share this {what}: they come in the "
-        "order of their energy a cycle, then of their largest utilisation."
+        f"{count if selection.all_equals else f'At least {count}'} feasible sets have this {what}; they are sorted "
+        "by energy per cycle, then by largest utilisation."
     )
 
 

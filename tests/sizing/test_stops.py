@@ -214,12 +214,15 @@ def test_the_remark_on_a_stop_from_the_first_instant_of_a_motion(tmp_path):
     table = tmp_path / "axis.csv"
     table.write_text("time [s],torque_a [N m],speed_a [rad/s]\n0,9,0\n0.3,9,6\n0.3,-9,6\n0.6,-9,0\n")
     study = drivetrain.study(
-        motions={"turn": {"table": str(table)}}, motors={"M": motor}, gears={"G": gear}, drives=("M", "G"),
+        motions={"turn": {"table": str(table)}}, motors={"M": motor}, gears={"G": gear | {"momentary_torque": 90}},
         supply="48 V", amplifier={"current_basis": "dc", "peak_current": 30.0}, open_cycle=True,
         joints={"default": {"output_bearing": "external", "load_inertia": 0.4}},
     )  # fmt: skip
-    found = check(drivetrain.evaluate(study), "a", MOMENTARY)
-    begin, rigid = (float(re.search(words, found.remark).group(1)) for words in (r"t = (\S+) s", r"(\S+) N m rigid"))
+    chosen = drivetrain.select(study)
+    found = check(chosen.evaluation, "a", MOMENTARY)
+    assert any(f"Cause: {found.remark}" in line for line in chosen.advice)
+    words = (r"t = (\S+) s", r"(\S+) N m with a rigid gear")
+    begin, rigid = (float(re.search(one, found.remark).group(1)) for one in words)
     assert begin == 0.0
     assert found.required == pytest.approx(2.0 * rigid + 9.0, rel=1e-3)  # four digits
 

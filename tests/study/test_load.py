@@ -110,6 +110,7 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
     [
         ({"arm": "ur55"}, "arm", "did you mean 'ur5'?"),
         ({"arm": "absent.urdf"}, "arm", "no such file"),
+        ({"arm": "links.csv"}, "arm", "a DH table is {dh: links.csv, convention: classic}"),
         ({"arm": {"dh": "absent.csv", "convention": "classic"}}, "the file", "cannot be read"),
         ({"tip": "hand"}, "arm, tip", "no links to choose from"),
         ({"motions.there.waypoints": [[0, 0], [90]]}, "motions.there.waypoints[1]", "2 values"),

@@ -19,7 +19,7 @@ from drivetrain.arm.checks import LENGTH, farthest, millimetres
 from drivetrain.arm.dh import DHConvention, DHRow, JointKind, arm_from_dh
 from drivetrain.errors import Fault, Faults, InputError, nearest
 from drivetrain.units import quantity, split_header
-from drivetrain.whole_files import read_text
+from drivetrain.whole_files import WORKBOOKS, read_text
 
 # Unit and default of each column; "joint" is [rad] or [m], depending on the kind of the row, "joint/s" its rate.
 COLUMNS: dict[str, tuple[str, float]] = {
@@ -36,6 +36,8 @@ TOOLBOX = {"m": "mass", "rx": "com_x", "ry": "com_y", "rz": "com_z", "qmin": "lo
            "jointtype": "kind"}  # fmt: skip
 OF_DRIVES = ("b", "jm", "g", "tc", "tc+", "tc-")  # friction, rotor and ratio, which the drives of a study define
 KINDS = {"0": "revolute", "r": "revolute", "1": "prismatic", "p": "prismatic"}
+TOOLBOX_SUFFIXES = (".json", ".m", ".py")  # models of the toolbox; every other file is read as a table
+DH_SUFFIXES = (".csv", *WORKBOOKS, *TOOLBOX_SUFFIXES)
 
 
 def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
@@ -77,7 +79,7 @@ def _column(header: str) -> str:
 
 def _rows(path: Path, convention: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
     suffix = path.suffix.lower()
-    if suffix not in (".json", ".m", ".py"):
+    if suffix not in TOOLBOX_SUFFIXES:
         return _csv(path)
     links = _json_links(path) if suffix == ".json" else _toolbox_links(path, convention)
     header = list(dict.fromkeys(name for _, link in links for name in link))

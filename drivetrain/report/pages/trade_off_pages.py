@@ -224,7 +224,8 @@ def curve_sentence(found: OptimumCurve) -> str:
     if not held:
         return f"No set of drives fits anywhere {span}."
     sets = len({tuple(piece.drives.items()) for piece in held})
-    text = f"{sets} set{'s' if sets > 1 else ''} of drives {'are' if sets > 1 else 'is'} the best somewhere {span}"
+    parts = f"{sets} sets of drives are the best, each in a part of the range"
+    text = f"{'One set of drives is the best' if sets == 1 else parts} {span}"
     ends = []
     for before, after in zip(found.pieces, found.pieces[1:], strict=False):
         if before.drives and not after.drives:

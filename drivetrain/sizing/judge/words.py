@@ -157,14 +157,14 @@ def _hard_stop(op: Any) -> str:
     slowing = -way * found.acceleration
     ends = f"in {1e3 * speed / slowing:.3g} ms" if slowing > 0.0 else "never, as the load is stronger"
     more, taken = float(onward(case.gear)), float(stage_load(case.gear)) * abs(found.acceleration)
-    rigid = f"{more * (abs(found.torque) + taken):.4g} N m rigid"
+    rigid = f"{more * (abs(found.torque) + taken):.4g} N m with a rigid gear"
     if math.isinf(found.torque):
-        rigid, ends = "the mesh locks, without bound rigid", "at once"
+        rigid, ends = "the mesh locks, so that the torque has no bound", "at once"
     peak = more * op.judgement.series.traces.stop[at]
     return (
         f"stop of this joint at {amperes(op.task.amplifier, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
         f"s at {math.degrees(speed):.3g} deg/s: {rigid}, {peak:.4g} N m with the "
-        f"swing of the spring; at rest {ends}; {_travel(op)}"
+        f"oscillation of its spring; at rest {ends}; {_travel(op)}"
     )
 
 

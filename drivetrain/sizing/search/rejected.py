@@ -230,9 +230,10 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     tried = [_changed(near, family, vary) for vary in (Vary.CYCLE_TIME, Vary.PAYLOAD, Vary.VOLTAGE)]
     found = [text for text in tried if text]
     if not found:
+        payload = ", nor less payload," if _has_payload(near) else ""
         found = [
-            f"With these drives neither a slower cycle (up to {MOST:g} times as long), nor less payload, nor more "
-            f"supply voltage (up to {MOST:g} times) by itself fixes it."
+            f"With these drives neither a slower cycle (up to {MOST:g} times as long){payload} nor more supply voltage "
+            f"(up to {MOST:g} times) is enough by itself."
         ]
     paced = bool(tried[0]) or near.study.base is not None  # a moving base has a time of its own
     slower = (

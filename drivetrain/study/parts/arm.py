@@ -13,7 +13,7 @@ from drivetrain.arm.bodies import on_external_axes
 from drivetrain.arm.builtin import builtin_names
 from drivetrain.arm.closures import Closure, with_closures
 from drivetrain.arm.coupling import belts_over, coupled_groups, differential, placed, with_coupling
-from drivetrain.arm.files.dh_table import read_dh_table
+from drivetrain.arm.files.dh_table import DH_SUFFIXES, read_dh_table
 from drivetrain.arm.files.load import SUFFIXES, load_arm
 from drivetrain.arm.files.xml import PACKAGE
 from drivetrain.arm.geared import with_rotors
@@ -77,7 +77,9 @@ def _load(form: StudyForm, ledger: Ledger) -> Arm | None:
     named_file = Path(source).suffix.lower() in SUFFIXES
     if source not in builtin_names() and not named_file:
         problem = "is neither a built-in arm nor a .urdf, .xacro, .xml (MJCF) or .sdf file"
-        ledger.fault(("arm",), problem, source, nearest(source, builtin_names()))
+        is_table = Path(source).suffix.lower() in DH_SUFFIXES
+        hint = f"a DH table is {{dh: {source}, convention: classic}}, or modified" if is_table else ""
+        ledger.fault(("arm",), problem, source, hint or nearest(source, builtin_names()))
         return None
     path = ledger.document.folder / source
     elsewhere = not named_file or source.startswith(PACKAGE)
