@@ -76,12 +76,17 @@ def _tolerances() -> None:
 
 
 def _simulate() -> None:
-    from drivetrain.accuracy.study_run import simulate
     from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+    from drivetrain.simulation.run import simulate
+    from drivetrain.simulation.study_scene import SceneOptions, scene_of
+    from drivetrain.sizing.judge.parts import FilledParts
 
     study = _study("desktop_arm/study.yaml")
-    simulate(study, duration=0.01)
-    simulate(study, duration=0.01, solver=AdaptiveStep())
+    parts = FilledParts(study)  # any drives, so that the search, which another job compiles, is not needed
+    drives = {task.name: parts.drive(task, *task.pairs[0]) for task in study.joints}
+    scene = scene_of(study, drives, options=SceneOptions(springs=True))
+    simulate(scene, duration=0.01)
+    simulate(scene, duration=0.01, solver=AdaptiveStep())
 
 
 def _dynamics() -> None:
