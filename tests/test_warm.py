@@ -1,4 +1,4 @@
-"""The jobs of ``drivetrain warm`` run; what they compile, other tests use anyway. That of simulation takes too long."""
+"""The jobs of ``drivetrain warm`` run; what they compile, other tests use anyway."""
 
 from __future__ import annotations
 
@@ -8,6 +8,6 @@ from drivetrain.commands.warm import JOBS
 
 
 @pytest.mark.filterwarnings("ignore")  # as the command does: they are about the shipped studies
-@pytest.mark.parametrize("name", [name for name in JOBS if name != "simulate"])
+@pytest.mark.parametrize("name", JOBS)
 def test_every_job_runs(name: str) -> None:
     JOBS[name]()
