@@ -383,6 +383,14 @@ def test_catalog_lint(run: Run, tmp_path: Path) -> None:
     assert code == 1 and "motors.csv" in out and "1 error," in out
 
 
+def test_catalog_import_without_any_basis_is_an_error(run: Run, tmp_path: Path) -> None:
+    table = "Bestell-Nr.;Nennstrom [A];Anschlusswiderstand [Ohm];Drehmomentkonstante [mNm/A]\nX1;3,1;0,4;30,5\n"
+    (tmp_path / "maker.csv").write_text(table, encoding="utf-8")
+    code, _, errors = run("catalog", "import", tmp_path / "maker.csv", tmp_path / "out", "--format", "maker")
+    assert code == 2 and "--basis dc" in errors and "no row was imported" in errors
+    assert not (tmp_path / "out").exists()
+
+
 def test_catalog_import_tells_what_it_left_out(run: Run, tmp_path: Path) -> None:
     code, _, errors = run("catalog", "import", tmp_path / "nothing", tmp_path / "out", "--format", "mgdb")
     assert code == 2 and "error" in errors

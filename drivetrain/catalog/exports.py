@@ -29,7 +29,10 @@ _UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(
 # Headings that manufacturers use for our columns, in lower case: those of maxon, FAULHABER and Harmonic Drive on their
 # web pages and in their catalogues, in English and German.
 HEADINGS: dict[str, tuple[str, ...]] = {
-    "key": ("key", "part number", "article number", "order number", "bestellnummer", "artikelnummer"),
+    "key": (
+        "key", "part number", "article number", "order number", "part no.", "order no.",
+        "bestellnummer", "artikelnummer", "bestell-nr.", "artikel-nr.", "art.-nr.",
+    ),
     "series": ("series", "baureihe", "size", "baugrösse", "baugröße"),
     "nominal_voltage": ("nominal voltage", "nennspannung"),
     "no_load_speed": ("no load speed", "no-load speed", "leerlaufdrehzahl"),
@@ -239,10 +242,13 @@ def _grid(path: Path) -> list[list[str]]:
 
 
 def _has_decimal_commas(grid: Sequence[Sequence[str]]) -> bool:
-    """Whether a number has a comma that does not separate thousands, and none has a decimal point."""
+    """Whether a number has a comma that does not separate thousands, and none has a point that does not."""
     cells = [cell.strip() for row in grid for cell in row]
-    commas = any(re.match(r"[+-]?\d+,\d+", cell) and not re.match(r"[+-]?\d{1,3}(,\d{3})+\b", cell) for cell in cells)
-    return commas and not any(re.match(r"[+-]?\d+\.\d", cell) for cell in cells)
+    commas, points = (
+        any(re.match(rf"[+-]?\d+{mark}\d", cell) and not re.match(thousands, cell) for cell in cells)
+        for mark, thousands in ((",", r"[+-]?\d{1,3}(,\d{3})+\b"), (r"\.", r"[+-]?[1-9]\d{0,2}(\.\d{3})+(?![\d.])"))
+    )
+    return commas and not points
 
 
 def _plain(heading: str) -> str:

@@ -179,7 +179,8 @@ def basis_of(motor: Record, bases: Mapping[str, tuple[str, str]]) -> bool:
 
 def no_basis(path: Path, line: int, motor: Record) -> Fault:
     problem = f"motor {motor['key']} refused: the source does not say what its ampere is"
-    hint = f"state it: basis for {motor.get('maker') or motor['key']} is dc, rms/line_line, rms/phase, peak/..."
+    name = motor.get("maker") or motor["key"]
+    hint = f"state it: --basis dc, rms/line_line, rms/phase, peak/...; or --basis {name}=dc"
     return Fault(f"row {line}", problem, hint=hint, file=str(path))
 
 

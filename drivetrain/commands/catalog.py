@@ -82,7 +82,8 @@ def import_(
         imported = import_export(source, out, given, basis=_basis(basis or []), overwrite=force)
         listed("left out", [str(fault) for fault in imported.refused], most=25)
         listed("headings that are not columns of a catalogue", list(imported.unused), most=25)
-        say(f"{imported.file}: {imported.rows} rows")
+        refuse(not imported.rows, source.name, "no row was imported, so nothing was written")
+        say(f"{imported.file}: {imported.rows} row{'s' if imported.rows > 1 else ''}")
         say(f"next: `drivetrain catalog lint {out}`")
         return
     told = MGDB if form is Source.MGDB else TABLE

@@ -50,15 +50,17 @@ def check(path, motors):
 
 
 def test_decimal_commas_are_found_without_a_map(tmp_path):
-    """Unless a comma may separate thousands, or some number has a decimal point."""
-    head = "Bestellnummer;Nennspannung [V];Nennstrom [A];Anschlusswiderstand [Ohm];Drehmomentkonstante [mNm/A];"
+    """Unless a comma may separate thousands, or some number has a decimal point; one may separate thousands, too."""
+    head = "Bestell-Nr.;Nennspannung [V];Nennstrom [A];Anschlusswiderstand [Ohm];Drehmomentkonstante [mNm/A];"
     row = "X{};24;{};0{}9;30;120;300\n"
     units = "Rotorträgheitsmoment [gcm²];Gewicht [g]\n"
-    for out, numbers in (("a", ("2,5", ",")), ("b", ("2.5", "."))):
-        (tmp_path / "maker.csv").write_text(head + units + row.format(1, *numbers), encoding="utf-8")
+    for out, numbers, mass in (("a", ("2,5", ","), "300"), ("b", ("2.5", "."), "300"), ("t", ("2,5", ","), "1.300")):
+        text = head + units + row.format(1, *numbers).replace(";300", f";{mass}")
+        (tmp_path / "maker.csv").write_text(text, encoding="utf-8")
         import_export(tmp_path / "maker.csv", tmp_path / out, ExportMap("motors", {}, {"kind": "brushed"}), basis="dc")
         (motor,) = read_catalog(tmp_path / out).motors.values()
-        assert (motor.nominal_current, motor.resistance, motor.mass) == pytest.approx((2.5, 0.9, 0.3))
+        expected = (2.5, 0.9, 1.3 if out == "t" else 0.3)
+        assert (motor.nominal_current, motor.resistance, motor.mass) == pytest.approx(expected)
     (tmp_path / "maker.csv").write_text(head + units + row.format(1, "2,5", "."), encoding="utf-8")
     with pytest.raises(InputError, match="must be a number"):
         import_export(tmp_path / "maker.csv", tmp_path / "c", ExportMap("motors", {}, {"kind": "brushed"}), basis="dc")
