@@ -97,11 +97,10 @@ def integrate_compiled(
 
 
 def _segments(breakpoints: Sequence[float], output_times: Array) -> Any:
-    """Records SEGMENT from breakpoint to breakpoint; all but the last evaluate rates strictly before their end only."""
+    """Records SEGMENT from breakpoint to breakpoint; rates are evaluated strictly before their end only."""
     ends = np.array([*inner_breakpoints(breakpoints, output_times[0], output_times[-1]), output_times[-1]])
     segments = np.empty(len(ends), dtype=r.SEGMENT)
     segments["end"], segments["limit"] = ends, np.nextafter(ends, -np.inf)
-    segments["limit"][-1] = ends[-1]
     return segments
 
 

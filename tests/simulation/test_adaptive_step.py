@@ -21,6 +21,7 @@ from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.control.encoder import Encoder
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.friction.moving_belt import MovingBelt
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.gear.mesh_loss import MeshLoss
@@ -424,3 +425,14 @@ def test_a_last_wrist_without_load_starts_from_rest(seed: int, tolerance: float)
     motion = replace(motion, joint_names=arm.joint_names, position=start + motion.position)
     scene = Scene(arm, effects | {"scene": (CommandedMotion(motion),)}, 1e-3)
     assert simulate(scene, solver=AdaptiveStep(Rodas5P(tolerance))).stopped_by is None
+
+
+def test_a_run_that_ends_where_a_brake_releases_has_no_event_there() -> None:
+    """The release belongs to what follows, as in a run that goes on."""
+    held = HoldingBrake(holding=1.0, releases=(0.1,), engaged=True)
+    effects = (ReflectedRotor(0.1, 1.0), held, DryFriction(Friction(coulomb=0.1)), GivenTorque([0.0, 1.0], [0.4, 0.5]))
+    scene = Scene(Inertia(0.1), {"joint": effects}, 0.1)
+    first = simulate(scene, solver=Rodas4(1e-6))
+    assert first.events == ()
+    run = simulate(scene, solver=Rodas4(1e-6), duration=0.2, resume=first)
+    assert [(event.name, event.time) for event in run.events] == [("breakaway", 0.1)]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
@@ -21,6 +22,7 @@ from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.effects.gear.springs import FlexibleJoint
 from drivetrain.effects.laws import joint_law
+from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.given import GivenCurrent
@@ -326,3 +328,9 @@ def test_divergence_is_told_with_instant_and_signal() -> None:
     # e^(1000 t) passes 1e15, whose square is the bound of powers, at 0.035 s; the step of 1 ms is slower.
     assert 0.03 < run.stopped_by.time < 0.1
     assert all(np.isfinite(one.values).all() for one in run.series.values())
+
+
+def test_a_counterbalance_is_refused_where_the_joint_slides() -> None:
+    effect = CounterbalanceTorque(Counterbalance(stiffness=1e3, lever_carrier=0.2, lever_link=0.1))
+    with pytest.raises(InputError, match="CounterbalanceTorque: acts at revolute joints only"):
+        plan(joint_scene(Inertia(1.0, turning=False), [effect], 1.0))

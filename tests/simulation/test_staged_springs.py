@@ -144,3 +144,20 @@ def test_a_rotor_without_the_stages_of_its_gear_is_refused() -> None:
     scene = Scene(Inertia(LOAD, name="axis"), {"axis": (ReflectedRotor(INPUT, WHOLE), FlexibleJoint(GEAR))}, 0.1)
     with pytest.raises(InputError, match="no more rotor inertia than the stages"):
         plan(scene)
+
+
+@pytest.mark.parametrize("seed", [4, 40, 56])
+def test_springs_that_change_their_stiffness_a_thousandfold_converge(seed: int) -> None:
+    """Random pushes at a joint between a wall and a spring that is far too stiff for the step in one of its pieces."""
+    rng, time = np.random.default_rng(seed), np.linspace(0.0, 0.5, 26)
+    first = 10.0 ** rng.uniform(2, 5)
+    gear = dt.Gear(
+        "g", 50.0, stiffness_1=first, stiffness_2=first * 10.0 ** rng.uniform(0, 3), torque_1=0.3, torque_2=0.8,
+        stiffness_3=first * 10.0 ** rng.uniform(0, 4), backlash=1e-3,
+    )  # fmt: skip
+    effects = (
+        dt.FlexibleJoint(gear), dt.FullRotor(2e-5, 50.0), dt.GivenTorque(time, 3.0 * rng.normal(size=26)),
+        dt.WallSpring(400.0, 1.0),
+    )  # fmt: skip
+    run = dt.simulate(dt.joint_scene(0.05, effects, 0.5), solver=dt.FixedStep(2e-3), interval=0.1)
+    assert run.counters["unsettled"] == 0

@@ -13,6 +13,7 @@ from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.laws import table_law
 from drivetrain.effects.tables import table_value
+from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 
 
@@ -56,6 +57,9 @@ class CounterbalanceTorque(Effect):
     account = _account
 
     def ports(self, place: Place) -> Ports:
+        if not place.turning[place.joint]:
+            hint = "GivenTorque is a constant force too"
+            raise InputError(Fault("CounterbalanceTorque", "acts at revolute joints only", place.name, hint))
         power = s.source(f"counterbalance_{self.number}_power")
         return Ports(needs=(s.POSITION, s.SPEED), contributes=(s.JOINT_TORQUE,), outputs=(power,))
 

@@ -1,9 +1,7 @@
 """The linear system of a step, Newton iteration on piecewise laws, and the forces that follow from the solution.
 
 Springs with several stiffnesses, tooth flanks and walls are piecewise linear. Their laws are evaluated again at the
-motion that the solution gives, and the system is solved again, until both agree: Newton's method. Each of these torques
-increases monotonically with its rate. So, where Newton's method cycles between pieces, a secant between a rate that was
-too low and one that was too high makes it converge.
+motion that the solution gives, and the system is solved again, until both agree: Newton's method.
 """
 
 from __future__ import annotations
@@ -14,7 +12,6 @@ from typing import Any
 from drivetrain.dynamics.core.vectors import dot, vector
 from drivetrain.simulation.core.bodies import (
     add_tip,
-    average_tip,
     bodies_of,
     clear_tip,
     move_tip_to_trial,
@@ -186,16 +183,20 @@ def assemble(run: Run, h: float, theta: float) -> bool:
 
 
 CONVERGED = 1e-12  # relative error of a spring's torque at which the Newton iteration has converged
-SECANT_AFTER = 6  # Newton iterations before the secant is used
 
 
 @part
-def evaluate_piecewise(run: Run, t: float, h: float, theta: float) -> None:
-    """Evaluate the laws of springs and tip contacts again, at the motion that the present solution gives."""
+def evaluate_piecewise(run: Run, t: float, h: float, theta: float, halfway: bool) -> None:
+    """Evaluate the laws of springs and tip contacts again, at the motion that the present solution gives.
+
+    ``halfway``: at the mean of that motion and the one at which they were evaluated before, which ends a cycle between
+    two pieces.
+    """
     coordinates, joints = coordinates_of(run), joints_of(run)
     for i in range(len(coordinates)):
         one = coordinates[i]
-        one.trial_speed = one.speed + theta * one.change
+        trial = one.speed + theta * one.change
+        one.trial_speed = 0.5 * (one.trial_speed + trial) if halfway else trial
     for i in range(len(joints)):
         link, m = coordinates[i].link, coordinates[i].motor
         if m != link:
@@ -210,38 +211,8 @@ def evaluate_piecewise(run: Run, t: float, h: float, theta: float) -> None:
 
 
 @part
-def _secant(rotor: Any, rate: float, torque: float, expected: float) -> float:
-    """Update the bracket of a spring's rate, and return the slope of the secant across it; -1 if there is no bracket.
-
-    The spring's torque increases with its rate, and the rate that the equations of motion give decreases with the
-    torque. So a rate at which the torque exceeds the expected one is too high, and otherwise too low. Where Newton's
-    method cycles, the secant stays inside the bracket.
-
-    Reference: Dowell and Jarratt, A modified regula falsi method (Illinois), BIT 11 (1971) 168.
-    """
-    slow, fast = rotor.slow, rotor.fast
-    too_fast = torque > expected
-    if too_fast:
-        own, other = fast, slow
-    else:
-        own, other = slow, fast
-    again = abs(own.rate) < math.inf
-    own.rate, own.expected, own.excess = rate, expected, torque - expected
-    if not slow.rate < fast.rate:  # the other springs have changed, so the earlier bracket is no longer valid
-        other.rate = -math.inf if too_fast else math.inf
-    if not abs(other.rate) < math.inf:
-        return -1.0
-    if again:
-        other.excess *= 0.5
-    return max((fast.expected + fast.excess - slow.expected - slow.excess) / (fast.rate - slow.rate), 0.0)
-
-
-@part
-def newton_converged(run: Run, h: float, theta: float, attempt: int) -> bool:
-    """Whether the Newton iteration has converged: torques of springs and forces at the tip agree with the solution.
-
-    From iteration ``SECANT_AFTER`` on, springs get the slope of the secant for the next solution.
-    """
+def newton_converged(run: Run, h: float, theta: float) -> bool:
+    """Whether the Newton iteration has converged: torques of springs and forces at the tip agree with the solution."""
     coordinates, joints, pairs = coordinates_of(run), joints_of(run), pairs_of(run)
     good = True
     for i in range(len(joints)):
@@ -250,21 +221,13 @@ def newton_converged(run: Run, h: float, theta: float, attempt: int) -> bool:
             continue
         link, rotor, spring = coordinates[j], coordinates[m], joints[i].spring
         expected = rotor.transmitted + pairs[m, m].transmitted * rotor.change + pairs[m, j].transmitted * link.change
-        slope = max(spring.damping + theta * h * spring.stiffness, pairs[m, m].transmitted / theta)
+        slope, before = spring.damping + theta * h * spring.stiffness, pairs[m, m].transmitted / theta
         size = abs(rotor.trial_speed) + abs(link.trial_speed) + abs(spring.wind_up) / (theta * h)
-        if attempt == 0:
-            rotor.slow.rate, rotor.fast.rate = -math.inf, math.inf
         error = abs(spring.torque - expected)
-        if error <= CONVERGED * (abs(spring.torque) + abs(expected)) + 2e-15 * slope * size:
-            continue
-        good = False
-        secant = _secant(rotor, spring.speed, spring.torque, expected)
-        if attempt >= SECANT_AFTER and secant >= 0.0:
-            spring.damping, spring.stiffness = secant, 0.0
+        if error > CONVERGED * (abs(spring.torque) + abs(expected)) + 2e-15 * max(slope, before) * size:
+            good = False
     if engine_of(run).uses_tip:
         good = tip_converged(run, theta * h) and good
-        if attempt >= SECANT_AFTER and attempt % 2:
-            average_tip(run)
     return good
 
 

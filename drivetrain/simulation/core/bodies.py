@@ -231,17 +231,6 @@ def move_tip_to_trial(run: Run, shift: float) -> None:
     put(tip.turning, turning)
     put(tip.place, plus(vector(engine.tip_place), times(shift, minus(speed, vector(engine.tip_speed)))))
     put(engine.tip_expected, minus(vector(tip.force), _damping_force(tip, shift, minus(speed, before))))
-    for k in range(6):
-        engine.tip_damping[k], engine.tip_stiffness[k] = tip.damping[k], tip.stiffness[k]
-
-
-@part
-def average_tip(run: Run) -> None:
-    """Average the tip's damping and stiffness with those of the iteration before: this ends a cycle between pieces."""
-    engine, tip = engine_of(run), world_of(run).tip
-    for k in range(6):
-        tip.damping[k] = 0.5 * (tip.damping[k] + engine.tip_damping[k])
-        tip.stiffness[k] = 0.5 * (tip.stiffness[k] + engine.tip_stiffness[k])
 
 
 @part

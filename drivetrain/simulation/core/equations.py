@@ -56,6 +56,7 @@ from drivetrain.simulation.planning.mechanics import PAYLOAD
 from drivetrain.solvers.compiled_function import evaluate
 
 MOST_ITERATIONS = 60  # Newton iterations of a step, at most
+HALFWAY_AFTER = 6  # Newton iterations after which every other one goes only half of the way
 LOOPS_CANNOT_CLOSE = -1002  # returned instead of a count: the closed loops cannot be closed in this position
 
 
@@ -177,8 +178,9 @@ def solve(run: Run, t: float, h: float, theta: float) -> int:
         total += done
         if h == 0.0 or count_of(run, AT.iterated) == 0:
             return total
-        evaluate_piecewise(run, middle, h, theta)
-        if newton_converged(run, h, theta, attempt):
+        halfway = attempt >= HALFWAY_AFTER and attempt % 2 == 1
+        evaluate_piecewise(run, middle, h, theta, halfway)
+        if not halfway and newton_converged(run, h, theta):
             return total
     engine_of(run).unsettled += 1
     return total

@@ -52,15 +52,6 @@ class Dry:
 
 
 @dataclass
-class BracketEnd:
-    """One end of the bracket of a spring's rate in the Newton iteration."""
-
-    rate: float = 0.0  # rate at which the spring's law was evaluated [rad/s]
-    expected: float = 0.0  # torque that the solution assumed there [N m]
-    excess: float = 0.0  # torque of the law minus that [N m]
-
-
-@dataclass
 class Coordinate:
     """A coordinate of the mechanics: of a joint (its shaft where motors are coupled) or of a rotor behind a spring."""
 
@@ -81,9 +72,6 @@ class Coordinate:
     rotor_row: int
     shaft_inertia: float
     dry: Dry
-    # bracket of the rate of its spring in the Newton iteration
-    slow: BracketEnd
-    fast: BracketEnd
     # the states [rad or m, and per s]; the position of a rotor behind a spring is the wind-up of the spring
     position: float = 0.0
     speed: float = 0.0
@@ -254,8 +242,6 @@ class Engine:
     tip_turning: Annotated[Array, 3]
     tip_expected: Annotated[Array, 3]
     # damping and stiffness at the tip in the iteration before
-    tip_damping: Annotated[Array, 6]
-    tip_stiffness: Annotated[Array, 6]
 
 
 COORDINATE, PAIR, CALL, GUARDED, STATE, MODE_CHANGE, SECTION, ENGINE, CHAIN = (

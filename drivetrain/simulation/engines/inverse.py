@@ -6,8 +6,8 @@ command into a wall, for example, would require torques without limit.
 
 With each link on its command the torque T in its spring is known, so the motor is at q + windup(T), seen at the output
 of the gear, and the rotor requires J d2 windup(T) / dt2 in addition to the torque of a rigid joint. This needs a
-command with a continuous jerk; otherwise the torque would be impulsive, so the contribution of the spring is left out
-and an event reports that.
+command with a continuous jerk, and a spring that does not bend at the loads that it passes; otherwise the torque would
+be impulsive, so the contribution of the spring is left out and an event reports that.
 
 Reference: Spong, Trans. ASME J. Dynamic Systems, Measurement and Control 109 (1987) 310, for the springs.
 """
@@ -199,7 +199,7 @@ SMOOTH = 0.1  # change of the second derivative with half the step, over its max
 def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]:
     """Add the contribution of springs to motor torque, current and voltage of a rigid demand.
 
-    Also returns an event for each joint where the contribution is left out, because the command is not smooth enough.
+    Also returns an event for each joint where the contribution is left out, because its wind-up is not smooth enough.
     Friction and drag at the motor stay those at its rigid speed.
     """
     springs = plan.body.springs
@@ -217,7 +217,10 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
         name, ratio = plan.scene.joints[i], float(plan.body.ratios[i])
         largest = np.abs(ahead[:, i]).max()
         if shape.deflection is None or np.abs(finer[:, i] - ahead[:, i]).max() > SMOOTH * largest:
-            why = "its command is not smooth enough: a jerk that jumps would strike the motor"
+            why = (
+                "its wind-up is not smooth enough: a jerk of the command that jumps, or a bend or the play of the "
+                "spring, would strike the motor"
+            )
             events.append(Event(0.0, "rigid", f"{name}: the motor torque that winds up its spring is neglected; {why}"))
             continue
         added = plan.body.rotors[i] * finer[:, i] / ratio
