@@ -129,6 +129,8 @@ def test_a_track_and_a_table_under_an_arm_against_pinocchio(tmp_path):
     for name in ("base_link", "forearm_link", "ee_link"):
         frame = data.oMf[model.getFrameId(name)].homogeneous
         np.testing.assert_allclose(whole.link_frame(name), frame, atol=1e-12)
+    origins = [data.oMi[i + 1].translation for i in range(whole.n)]
+    np.testing.assert_allclose(whole.joint_points, origins, atol=1e-12)
 
 
 def test_rotors_of_an_arm_go_with_it_onto_a_track():

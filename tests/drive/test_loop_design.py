@@ -144,6 +144,14 @@ def test_a_pole_on_either_side_of_the_axis_settles_or_not() -> None:
         assert given_loops(RIGID, ServoTiming(1000.0), 0.01, integral, 1e-6).stable == stable
 
 
+def test_the_reach_is_the_first_frequency_at_minus_3_db() -> None:
+    """A bandwidth of a rigid joint's speed loop: gain / (J s) with a slow integral, closed, is a lag of first order."""
+    found = given_loops(RIGID, ServoTiming(), 0.2, 1e3, 1e-3)
+    bandwidth = 0.2 * 0.03 / RIGID.whole_inertia
+    at = found.frequencies
+    assert at[at < found.speed_reach].max() <= bandwidth * (1.0 + 1e-6) and found.speed_reach >= bandwidth * (1 - 1e-3)
+
+
 def test_the_margin_nearest_to_one_of_several() -> None:
     margins = Margins(((1.0, 8.0), (2.0, 1.5), (3.0, 0.2)), ((1.0, 1.2), (2.0, -0.3), (3.0, 0.8)))
     assert margins.least_gain == 1.5 and margins.least_phase == -0.3

@@ -219,3 +219,17 @@ def test_braking_makes_the_one_efficiency_pessimistic() -> None:
     wide = rated_ranges(terms, rated)[0]
     narrow = load_match(rated, drive_inertia(base), torque, acceleration, WEIGHTS, efficiency=0.8).range
     assert wide.low < narrow.low < narrow.high < wide.high
+
+
+def test_a_gear_of_another_ratio_has_the_friction_of_its_input() -> None:
+    """Running torque is with one over the ratio, breakaway with its power of 0.7, and what stands behind with 1/G^2."""
+    gear = Gear("s", -50.0, kind="strain_wave", inertia=3e-5, stage_inertia=1e-5, no_load_torque=0.06,
+                starting_torque=0.04)  # fmt: skip
+    found = scaled_gear(gear, 80.0)
+    assert found.ratio == -80.0
+    assert found.no_load_torque * 80.0 == pytest.approx(0.06 * 50.0)
+    assert found.starting_torque * 80.0**0.7 == pytest.approx(0.04 * 50.0**0.7)
+    assert found.stage_inertia * 80.0**2 == pytest.approx(1e-5 * 50.0**2)
+    assert found.inertia - found.stage_inertia == pytest.approx(2e-5)
+    bare = scaled_gear(Gear("b", 50.0, kind="strain_wave"), 20.0)
+    assert (bare.inertia, bare.no_load_torque, bare.starting_torque) == (None, None, None)

@@ -207,6 +207,9 @@ def test_two_joints_on_one_inertia_are_refused() -> None:
     arm = Arm.from_screws(home, screws, [0.0, 1.0], [np.zeros((3, 3)), np.eye(3)])
     with pytest.raises(InputError, match="moves no inertia"):
         acceleration_ellipsoid(arm, np.zeros(2))
+    first = Arm.from_screws(home[:1], screws[:1], [0.0], np.zeros((1, 3, 3)))
+    with pytest.raises(InputError, match="moves no inertia"):
+        acceleration_ellipsoid(first, np.zeros(1))
 
 
 def test_wrong_input() -> None:

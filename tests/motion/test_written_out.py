@@ -149,8 +149,8 @@ def test_added_samples_lie_on_straight_lines() -> None:
 
 
 def test_the_base_repeats_and_keeps_its_steps() -> None:
-    time = np.array([0.0, 0.2, 0.2, 0.5])
-    rows = np.array([[0.0], [1.0], [5.0], [6.0]]) * np.arange(1.0, 7.0)
+    time = np.array([0.0, 0.05, 0.2, 0.2, 0.26, 0.5])
+    rows = np.array([[0.0], [0.25], [1.0], [5.0], [5.2], [6.0]]) * np.arange(1.0, 7.0)
     base = Motion("base", AXES, time, rows, -rows, 2.0 * rows)
     whole, there = with_base_samples(cycle(), base)
     assert np.array_equal(whole.time, there.time) and len(whole.time) == len(there.position)
@@ -173,3 +173,33 @@ def test_positions_of_load_tables_are_the_integral_of_speed_through_all_steps() 
     found = build_cycle([Step(table) for table in tables])
     wanted = cumulative_trapezoid(found.velocity, found.time, axis=0, initial=0.0)
     np.testing.assert_allclose(found.position, wanted, atol=1e-12)
+
+
+def test_a_dwell_holds_the_torque_that_is_next_to_it() -> None:
+    """At the start the first torque of the table behind it, later the last one of the table before it."""
+    time, still = np.linspace(0.0, 1.0, 4), np.zeros((4, 1))
+    one = LoadTable("one", ("a",), time, np.array([[1.0], [2.0], [3.0], [4.0]]), still, still)
+    two = LoadTable("two", ("a",), time, np.array([[5.0], [6.0], [7.0], [8.0]]), still, still)
+    found = build_cycle([Step(dwell=0.5), Step(one), Step(dwell=0.5), Step(two), Step(dwell=0.5)])
+    held = [found.torque[found.segment == k, 0] for k in (0, 2, 4)]
+    np.testing.assert_array_equal(held, [[1.0, 1.0], [4.0, 4.0], [8.0, 8.0]])
+
+
+@pytest.mark.parametrize("size", [1e-2, 1.0, 1e2])
+def test_rates_that_miss_their_values_are_told_at_any_size(size: float) -> None:
+    time = np.linspace(0.0, 2.0, 81)
+    rows = tuple(range(2, 83))
+    values = checks.Series("q [rad]", size * np.sin(3.0 * time), rows, "", "rad")
+    for factor, faults, warnings in ((1.0, 0, 0), (1.08, 0, 1), (1.5, 1, 0)):
+        rates = checks.Series("qd [rad/s]", factor * size * 3.0 * np.cos(3.0 * time), rows, "", "rad/s")
+        wrong, told = checks.rate_mismatch(time, values, rates, 1e-9)
+        assert (len(wrong), len(told)) == (faults, warnings)
+
+
+def test_notes_on_sampling_only_where_steps_differ() -> None:
+    time = np.linspace(0.0, 1.0, 11)
+    moving, resting = [np.sin(time)], [np.zeros(11)]
+    assert checks.sampling_notes(time, moving) == []
+    gap = np.concatenate([time[:4], time[4:] + 1.0])
+    assert "moves in the gap after t = 0.3 s" in checks.sampling_notes(gap, moving)[0]
+    assert checks.sampling_notes(gap, resting)[0].startswith("sampling is not uniform")

@@ -296,7 +296,7 @@ class _Servo:
         at = _grid(axis, timing, plant, first)
         points = 1j * at if timing.period == 0.0 else np.exp(1j * at * timing.period)
         states = np.linalg.solve(points[:, None, None] * np.eye(plant.nstates) - plant.A, plant.B[None])
-        return _Servo(axis, timing, notch, plant, at, (plant.C @ states + plant.D)[:, 0, 0], _summed(timing)(points))
+        return _Servo(axis, timing, notch, plant, at, (plant.C @ states)[:, 0, 0], _summed(timing)(points))
 
 
 def _grid(axis: ServoAxis, timing: ServoTiming, plant: StateSpace, first: float) -> Array:
