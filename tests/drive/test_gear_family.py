@@ -31,6 +31,8 @@ def rows(rng=None, noise=0.0):
 
 def test_exact_laws_are_found_again():
     family = fitted_family("X", rows(), 30.0, 160.0)
+    sizes = [row.repeated_peak_torque for row in rows()]
+    assert (family.smallest, family.largest) == (min(sizes), max(sizes))
     law = family.laws["mass"]
     assert (law.scale, law.torque, law.ratio) == pytest.approx((0.2, 0.8, -0.3), rel=1e-9)
     assert law.error < 1e-12 and law.rows == 12

@@ -110,6 +110,11 @@ def test_three_stages_in_series_by_the_whole_matrix() -> None:
         assert getattr(direct, name) == pytest.approx(1.0 / found.compliance)
     assert direct.inertia == pytest.approx(found.inertia)
     assert direct.stage_sprung == pytest.approx(carried / found.compliance)
+    whole = with_stages(Gear("p4", 4.0, kind="planetary", efficiency=0.9, stiffness_1=150.0), found)
+    before = 1.0 / (150.0 * 30.0**2)  # compliance of the gear seen at the joint, before all stages
+    moved = sum(j * turn**2 for (_, _, j, _, _), turn in zip(given, turns, strict=False)) * before + carried
+    assert whole.stage_sprung == pytest.approx(moved / (before + found.compliance))
+    assert whole.stiffness_1 == pytest.approx(1.0 / (before + found.compliance))
 
 
 def test_a_gear_with_a_chain_is_mechanics_done_twice() -> None:
