@@ -235,7 +235,7 @@ def test_a_gear_bears_what_its_screw_takes_to_speed_up(stop) -> None:
         assert f"{checks['gear momentary peak torque']:.4g} N m, 0 s after its start" in told
     else:  # from where the motion brakes already the spring swings less than by all of what the stop takes
         share = whole / (whole + ratio**2 * rotor) * ratio * 0.1 * stop["current"]
-        assert f"{checks['gear momentary peak torque']:.4g} N m with the swing" in told
+        assert f"{checks['gear momentary peak torque']:.4g} N m with the oscillation" in told
         assert share < checks["gear momentary peak torque"] < 2.0 * share + torque.max()
 
 
