@@ -61,6 +61,7 @@ def test_a_balance_is_what_is_stored_less_what_was_supplied() -> None:
         wide = rows.copy()
         wide[0, k] = -50.0
         assert layout.energies(wide)[2] == np.ptp(wide[:, k])
+    assert not any(np.any(values) for values in layout.energies(0.0 * rows))
     alone = replace(layout, flows=())
     np.testing.assert_allclose(alone.energies(rows)[1], total, rtol=1e-12)
     small = alone.energies(1e-3 * rows)
@@ -132,7 +133,8 @@ def test_limits_of_an_arm_are_looked_at_in_its_positions_only() -> None:
 @pytest.mark.parametrize(
     ("given", "place"),
     [
-        ({"duration": 0.0}, "duration"), ({"duration": -1.0}, "duration"), ({"interval": 0.0}, "interval"),
+        ({"duration": 0.0}, "duration"), ({"duration": "long"}, "duration"), ({"duration": -1.0}, "duration"),
+        ({"interval": 0.0}, "interval"),
         ({"interval": 0.9e-8}, "interval"), ({"start": "rest"}, "start"), ({"start": 3}, "start"),
         ({"solver": 3}, "solver"), ({"resume": 3}, "resume"), ({"duration": math.nan}, "duration"),
     ],

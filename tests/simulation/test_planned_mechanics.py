@@ -17,14 +17,18 @@ from drivetrain.arm.coupling import with_coupling
 from drivetrain.arm.kinematics import tip_jacobian, tip_pose
 from drivetrain.arrays import Array
 from drivetrain.drive.stages import Stage, chained, with_stages
+from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.laws import scene_law
-from drivetrain.simulation.core import equations
+from drivetrain.simulation.core import equations, jacobian
 from drivetrain.simulation.core.jacobian import sparsity_pattern
+from drivetrain.simulation.core.records import parts_of
+from drivetrain.simulation.engines import adaptive_step
 from drivetrain.simulation.engines.starting import initial_memory
 from drivetrain.simulation.planning.plan import Plan, plan
 from drivetrain.simulation.run import simulate
+from drivetrain.solvers.compiled_function import evaluate
 
 AXIAL, RATIOS = (4e-4, 7e-4, 3e-4, 5e-4), (30.0, -20.0, 40.0, 25.0)  # rotors [kg m^2]
 Q, QD = np.array([0.3, -0.8, 0.5, 1.1]), np.array([0.7, 0.4, -0.9, 0.6])
@@ -131,81 +135,6 @@ def test_a_scene_moves_as_its_kinetic_energy_says(
     np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())
 
 
-# --- linkages
-
-
-def linkage_matrix(arm: dt.Arm, kinds: str, q: Any, turns: Any, staged: tuple[int, ...] = ()) -> Any:
-    """Mass matrix of a linkage's shafts and of motors behind springs, from torques of inverse dynamics.
-
-    What a full rotor adds is a square of its own turns and its carrier's: rotors that turn the other way tell
-    them apart.
-    """
-    still, soft = np.zeros(2), [i for i, kind in enumerate(kinds) if kind == "f"]
-
-    def inertia(rotor: int = -1, way: float = 1.0) -> Any:
-        rotors = [dt.Rotor(way * RATIOS[k], AXIAL[k]) if k == rotor else None for k in range(2)]
-        geared = dt.with_rotors(arm, rotors)
-        weight = dt.inverse_dynamics(geared, q, still, still)
-        return np.array([dt.inverse_dynamics(geared, q, still, one) - weight for one in np.eye(2)]).T
-
-    moved = np.hstack([turns, np.zeros((2, len(soft)))])
-    bare = inertia()
-    mass = moved.T @ bare @ moved
-    for i, kind in enumerate(kinds):
-        driven = np.zeros(2 + len(soft))
-        driven[2 + soft.index(i) if i in soft else i] = 1.0
-        carried = PULLEY if i in staged else 0.0
-        share = 1.0 - carried / (AXIAL[i] * RATIOS[i] ** 2)
-        mass += carried * np.outer(moved[i], moved[i])
-        mass += 0.0 if kind == "-" else share * AXIAL[i] * RATIOS[i] ** 2 * np.outer(driven, driven)
-        if kind in "Ff":
-            there, back = inertia(i, 1.0) - bare, inertia(i, -1.0) - bare
-            shaft = np.linalg.inv(turns)[i]
-            with_carrier = 0.5 * (there + back) - AXIAL[i] * RATIOS[i] ** 2 * np.outer(shaft, shaft)
-            mass += share * moved.T @ with_carrier @ moved
-            # shaft x + x shaft, of which x is sought
-            both = 0.5 * (there - back)
-            across = np.linalg.lstsq(
-                np.array([np.outer(shaft, one) + np.outer(one, shaft) for one in np.eye(2)]).reshape(2, 4).T,
-                both.reshape(4), rcond=None,
-            )[0]  # fmt: skip
-            mass += share * (np.outer(driven, across @ moved) + np.outer(across @ moved, driven))
-    return mass
-
-
-@pytest.mark.parametrize("coupled", [False, True])
-@pytest.mark.parametrize("kinds", ["FF", "RR", "F-", "ff", "fF", "Ff", "-R"])
-@pytest.mark.parametrize("staged", [(), (0, 1)])
-def test_a_linkage_moves_as_inverse_dynamics_says(kinds: str, coupled: bool, staged: tuple[int, ...]) -> None:
-    """Lagrange's equations of its mass matrix: Coriolis terms by differences, weight from inverse dynamics."""
-    if "f" in kinds and coupled:
-        return  # a spring behind coupled motors is refused
-    arm = two_links(closures=short_crank(), coupling=[DIFFERENTIAL] if coupled else []).arm
-    staged = tuple(i for i in staged if kinds[i] == "f")
-    turns, q = np.linalg.inv(arm.coupling) if coupled else np.eye(2), np.array([0.3, -0.8])
-    done = plan(scene_with(arm, kinds, staged))
-    soft = [i for i, kind in enumerate(kinds) if kind == "f"]
-    mass = linkage_matrix(arm, kinds, q, turns, staged)
-    np.testing.assert_allclose(done.inertia, mass, atol=1e-9 * np.abs(mass).max())
-    own = [0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 - PULLEY * (k in staged) for k, kind in enumerate(kinds)]
-    np.testing.assert_allclose(done.body.rotors, own, rtol=1e-9)
-    speed = np.concatenate([np.linalg.inv(turns) @ QD[:2], 1.0 + np.arange(len(soft))])
-    step, c = 1e-5, len(speed)
-    change = np.zeros((c, c, c))
-    for k in range(2):
-        more, less = (linkage_matrix(arm, kinds, q + way * step * turns[:, k], turns, staged) for way in (1.0, -1.0))
-        change[k] = (more - less) / (2.0 * step)
-    bias = np.einsum("kij,k,j->i", change, speed, speed) - 0.5 * np.einsum("ijk,j,k->i", change, speed, speed)
-    bias[:2] += turns.T @ dt.inverse_dynamics(dt.with_rotors(arm, [None, None]), q, 0.0 * q, 0.0 * q)
-    for k, i in enumerate(soft):
-        torque = DAMPING[i] * (speed[2 + k] - QD[i])
-        bias[2 + k] += torque
-        bias[i] -= torque
-    found = accelerations(done, np.linalg.inv(turns) @ q, speed)
-    wanted = np.linalg.solve(mass, -bias)
-    np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
-
-
 # --- forces on the tip
 
 
@@ -265,10 +194,10 @@ def test_what_pulls_at_the_tip_moves_the_joints(coupled: bool) -> None:
     """By the Jacobian of the tip, again and again; place, speed and turning of the tip are recorded."""
     bare, turns, scene = pulled(coupled)
     done = plan(scene)
-    jacobian = tip_jacobian(bare, Q)
-    turning, speed = jacobian[:3] @ QD, jacobian[3:] @ QD
+    columns = tip_jacobian(bare, Q)
+    turning, speed = columns[:3] @ QD, columns[3:] @ QD
     place = tip_pose(bare, Q)[:3, 3]
-    tau = jacobian[:3].T @ MOMENT + jacobian[3:].T @ (FORCE - DAMPS @ speed - STIFF @ place)
+    tau = columns[:3].T @ MOMENT + columns[3:].T @ (FORCE - DAMPS @ speed - STIFF @ place)
     bias = dt.inverse_dynamics(bare, Q, QD, np.zeros(4))
     mass = energy_matrix(bare, "RRRR", Q, turns)
     wanted = np.linalg.solve(mass, turns.T @ (tau - bias))
@@ -295,14 +224,14 @@ def test_a_step_with_a_spring_at_the_tip(coupled: bool) -> None:
     for k in range(2):
         guess = back @ v[k] + 0.5 * h * last  # speeds of the shafts
         middle = turns @ (back @ q[k] + 0.5 * h * guess)
-        jacobian = tip_jacobian(bare, middle)
-        along = jacobian[3:] @ turns
+        columns = tip_jacobian(bare, middle)
+        along = columns[3:] @ turns
         mass = energy_matrix(bare, "RRRR", middle, turns)
         bias = turns.T @ dt.inverse_dynamics(bare, middle, turns @ guess, np.zeros(4))
         place = tip_pose(bare, middle)[:3, 3] - 0.5 * h * along @ guess
         # M dv / h + bias = along^T (F - D w - K (place + h/2 w)) + moments, with w = along (v + dv / 2)
         soft = DAMPS + 0.5 * h * STIFF
-        pull = turns.T @ jacobian[:3].T @ MOMENT + along.T @ (FORCE - STIFF @ place - soft @ along @ (back @ v[k]))
+        pull = turns.T @ columns[:3].T @ MOMENT + along.T @ (FORCE - STIFF @ place - soft @ along @ (back @ v[k]))
         change = np.linalg.solve(mass / h + 0.5 * along.T @ soft @ along, pull - bias)
         np.testing.assert_allclose(back @ v[k + 1], back @ v[k] + change, rtol=1e-9)
         np.testing.assert_allclose(back @ q[k + 1], back @ (q[k]) + h * (back @ v[k] + 0.5 * change), rtol=1e-9)
@@ -349,6 +278,47 @@ def test_dependence_of_joints_that_do_not_feel_each_other_is_exact() -> None:
     assert not more.any(), np.argwhere(more)
 
 
+def test_rates_of_temperatures_depend_on_what_warms_and_on_each_other() -> None:
+    """Losses of meshes and friction go with the whole arm, currents and constants with temperatures."""
+    network = ThermalNetwork(2.0, 3.0, 10.0, 200.0, 25.0)
+    motor, lossy = dt.Motor("m", 0.3, 0.03), dt.Gear("g", 50.0, efficiency=0.8)
+    own = (
+        dt.ReflectedRotor(1e-4, 50.0), dt.MeshLoss(lossy), dt.MotorCurrent(motor, voltage=9.0),
+        dt.GivenCurrent([0.0], [50.0]), dt.WindingHeat(network, gear_heat=0.5),
+        dt.DryFriction(dt.Friction(coulomb=0.5)), dt.DryFriction(dt.Friction(coulomb=0.01), "motor"),
+    )  # fmt: skip
+    arm = random_arm(5, "RR")
+    pattern, found, c = patterns(dt.Scene(arm, dict.fromkeys(arm.joint_names, own), 1.0))
+    temperatures = slice(2 * c, None)
+    assert not (found & ~pattern)[temperatures].any() and found[temperatures, :c].any(axis=0).all()
+    assert found[c : 2 * c, temperatures].any() and pattern[c : 2 * c, temperatures][
+        found[c : 2 * c, temperatures] & np.repeat(np.eye(2, dtype=bool), 2, axis=1)
+    ].all()  # fmt: skip
+
+
+@pytest.mark.parametrize("joints, kinds, coupled, staged, mounted", CASES)
+def test_the_jacobian_is_that_of_differences(
+    joints: str, kinds: str, coupled: bool, staged: tuple[int, ...], mounted: bool
+) -> None:
+    """Of an arm in motion; its part is analytic, so differences of the rates are another way."""
+    bare = random_arm(11, joints)
+    done = plan(scene_with(with_coupling(bare, COUPLING) if coupled else bare, kinds, staged, mounted))
+    m, c = done.memory.moving, done.body.c
+    numbers = adaptive_step._with_engine_sections(done, initial_memory(done), sparsity_pattern(done)[:m, :m])
+    x = np.random.default_rng(6).uniform(-0.9, 0.9, m)
+    x[4:c] *= 1e-3
+    for state in (x, np.where(np.arange(m) < c, x, 0.0), 0.0 * x):  # in motion, at rest, and at zero
+        columns = np.zeros((m + 1, m))
+        evaluate(equations.right_side(jacobian.jacobian).address, 0.0, state, columns, np.zeros(1), parts_of(numbers))
+        wanted = [
+            (equations.evaluate_rates(numbers, state + one) - equations.evaluate_rates(numbers, state - one)) / 2e-6
+            for one in 1e-6 * np.eye(m)
+        ]
+        size = np.abs(wanted).max(axis=0)
+        # Rounding of the rates, over a move of 1.5e-8.
+        np.testing.assert_allclose(columns[:m] / size, wanted / size, atol=1e-5)
+
+
 @pytest.mark.parametrize("kinds", ["RR", "ff"])
 def test_every_acceleration_of_a_linkage_depends_on_all_its_motion(kinds: str) -> None:
     pattern, found, c = patterns(scene_with(two_links(closures=short_crank()).arm, kinds))
@@ -360,3 +330,79 @@ def test_every_acceleration_depends_on_the_whole_motion_of_a_tip_that_is_pulled(
         pattern, _, c = patterns(pulled(coupled)[2])
         assert pattern[c : 2 * c].all()
     assert math.isclose(np.linalg.det(COUPLING), 1.48)
+
+
+# --- linkages
+
+
+def linkage_matrix(arm: dt.Arm, kinds: str, q: Any, turns: Any, staged: tuple[int, ...] = ()) -> Any:
+    """Mass matrix of a linkage's shafts and of motors behind springs, from torques of inverse dynamics.
+
+    What a full rotor adds is a square of its own turns and its carrier's: rotors that turn the other way tell
+    them apart.
+    """
+    still, soft = np.zeros(2), [i for i, kind in enumerate(kinds) if kind == "f"]
+
+    def inertia(rotor: int = -1, way: float = 1.0) -> Any:
+        rotors = [dt.Rotor(way * RATIOS[k], AXIAL[k]) if k == rotor else None for k in range(2)]
+        geared = dt.with_rotors(arm, rotors)
+        weight = dt.inverse_dynamics(geared, q, still, still)
+        return np.array([dt.inverse_dynamics(geared, q, still, one) - weight for one in np.eye(2)]).T
+
+    moved = np.hstack([turns, np.zeros((2, len(soft)))])
+    bare = inertia()
+    mass = moved.T @ bare @ moved
+    for i, kind in enumerate(kinds):
+        driven = np.zeros(2 + len(soft))
+        driven[2 + soft.index(i) if i in soft else i] = 1.0
+        carried = PULLEY if i in staged else 0.0
+        share = 1.0 - carried / (AXIAL[i] * RATIOS[i] ** 2)
+        mass += carried * np.outer(moved[i], moved[i])
+        mass += 0.0 if kind == "-" else share * AXIAL[i] * RATIOS[i] ** 2 * np.outer(driven, driven)
+        if kind in "Ff":
+            there, back = inertia(i, 1.0) - bare, inertia(i, -1.0) - bare
+            shaft = np.linalg.inv(turns)[i]
+            with_carrier = 0.5 * (there + back) - AXIAL[i] * RATIOS[i] ** 2 * np.outer(shaft, shaft)
+            mass += share * moved.T @ with_carrier @ moved
+            # shaft x + x shaft, of which x is sought
+            both = 0.5 * (there - back)
+            across = np.linalg.lstsq(
+                np.array([np.outer(shaft, one) + np.outer(one, shaft) for one in np.eye(2)]).reshape(2, 4).T,
+                both.reshape(4), rcond=None,
+            )[0]  # fmt: skip
+            mass += share * (np.outer(driven, across @ moved) + np.outer(across @ moved, driven))
+    return mass
+
+
+@pytest.mark.parametrize(
+    ("kinds", "coupled", "staged"),
+    [
+        ("-R", True, ()), ("RR", False, ()), ("fF", False, (0,)), ("ff", False, (1,)), ("F-", True, ()),
+        ("FF", False, ()),
+    ],
+)  # fmt: skip
+def test_a_linkage_moves_as_inverse_dynamics_says(kinds: str, coupled: bool, staged: tuple[int, ...]) -> None:
+    """Lagrange's equations of its mass matrix: Coriolis terms by differences, weight from inverse dynamics."""
+    arm = two_links(closures=short_crank(), coupling=[DIFFERENTIAL] if coupled else []).arm
+    turns, q = np.linalg.inv(arm.coupling) if coupled else np.eye(2), np.array([0.3, -0.8])
+    done = plan(scene_with(arm, kinds, staged))
+    soft = [i for i, kind in enumerate(kinds) if kind == "f"]
+    mass = linkage_matrix(arm, kinds, q, turns, staged)
+    np.testing.assert_allclose(done.inertia, mass, atol=1e-9 * np.abs(mass).max())
+    own = [0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 - PULLEY * (k in staged) for k, kind in enumerate(kinds)]
+    np.testing.assert_allclose(done.body.rotors, own, rtol=1e-9)
+    speed = np.concatenate([np.linalg.inv(turns) @ QD[:2], 1.0 + np.arange(len(soft))])
+    step, c = 1e-5, len(speed)
+    change = np.zeros((c, c, c))
+    for k in range(2):
+        more, less = (linkage_matrix(arm, kinds, q + way * step * turns[:, k], turns, staged) for way in (1.0, -1.0))
+        change[k] = (more - less) / (2.0 * step)
+    bias = np.einsum("kij,k,j->i", change, speed, speed) - 0.5 * np.einsum("ijk,j,k->i", change, speed, speed)
+    bias[:2] += turns.T @ dt.inverse_dynamics(dt.with_rotors(arm, [None, None]), q, 0.0 * q, 0.0 * q)
+    for k, i in enumerate(soft):
+        torque = DAMPING[i] * (speed[2 + k] - QD[i])
+        bias[2 + k] += torque
+        bias[i] -= torque
+    found = accelerations(done, np.linalg.inv(turns) @ q, speed)
+    wanted = np.linalg.solve(mass, -bias)
+    np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())

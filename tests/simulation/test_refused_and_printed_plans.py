@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ import drivetrain as dt
 from drivetrain.arm.bodies import with_payload
 from drivetrain.arm.closures import second_motor, with_second_motors
 from drivetrain.arm.coupling import with_coupling
+from drivetrain.arrays import Array
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
@@ -23,6 +24,8 @@ from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State
 from drivetrain.effects.laws import joint_law
 from drivetrain.effects.loads.payload_change import Body, PayloadChange
 from drivetrain.errors import InputError
+from drivetrain.records import record_type
+from drivetrain.simulation.planning import memory as layout
 from drivetrain.simulation.planning import plan as planning
 from drivetrain.simulation.planning import wiring
 from drivetrain.simulation.planning.plan import plan
@@ -126,6 +129,9 @@ def test_two_motors_push_each_other_alike_and_rub_at_the_first() -> None:
     halves = preloaded.body.halved(np.array([[7.0, 3.0], [1.0, -2.0]]))
     np.testing.assert_allclose(halves, [[5.0 + 6.0, 5.0 - 6.0], [-0.5 + 6.0, -0.5 - 6.0]])
     np.testing.assert_allclose(preloaded.body.zeros, [6e-4, -6e-4], rtol=1e-9)
+    # A flank that no preload touches is none: play alone winds nothing up.
+    played = joint_scene(1.0, [dt.FullRotor(1e-4, 50.0), dt.Backlash(replace(SOFT.gear, backlash=2e-3))], 1.0)
+    assert plan(played).body.zeros.tolist() == [0.0]
 
 
 @pytest.mark.parametrize("share, told", [(0.99, False), (1.01, True)])
@@ -133,7 +139,7 @@ def test_a_mesh_jams_where_its_friction_reaches_what_the_rotor_can_give(share: f
     """mu against 1 + J ratio^2 / I, with I of the joint as all others stand, without the rotor."""
     arm, q = arm_of("RPR"), np.array([0.3, 0.2, -0.5])
     rotors = (2e-4, 3e-4, 5e-4)
-    for k in range(3):
+    for k in (1, 2):
         load = dt.mass_matrix(arm, q)[k, k]
         most = 1.0 + rotors[k] * 50.0**2 / load
         mesh = dt.MeshLoss(dt.Gear("g", 50.0, efficiency=1.0 / (1.0 + share * most)))
@@ -335,6 +341,33 @@ class Kept:
 @joint_law(Kept)
 def _keep(t: Any, h: Any, own: Any, joint: Any) -> None:
     own.grown_rate = 1.0
+
+
+@dataclass
+class Inner:
+    """A record within another."""
+
+    given: float
+    kept: float = 0.0
+
+
+@dataclass
+class Outer:
+    """A record of all kinds of fields."""
+
+    first: float
+    inner: Inner
+    table: Annotated[Array, 3]
+    count: int = 0
+    memory: Annotated[Array, 2] = field(default_factory=lambda: np.zeros(2))
+
+
+def test_numbers_of_a_record_that_a_run_changes_are_those_with_a_default() -> None:
+    """One by one over arrays and records within: what has no default is given once."""
+    assert layout.changing_numbers(Outer) == [False, False, True, False, False, False, True, True, True]
+    for effect in (dt.WindingHeat, dt.Backlash, dt.SampledCascade, dt.HoldingBrake):
+        described = effect.described()
+        assert 8 * len(layout.changing_numbers(described)) == record_type(described, np.int64).itemsize
 
 
 # --- payloads
