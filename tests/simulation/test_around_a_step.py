@@ -12,9 +12,11 @@ import pytest
 from crank_arm import DIFFERENTIAL, crank, two_links
 
 import drivetrain as dt
+from drivetrain.arm.bodies import with_payload
 from drivetrain.effects import signals
 from drivetrain.effects.effect import Effect, Place, Ports, Signal
 from drivetrain.effects.laws import joint_law, scene_law
+from drivetrain.effects.loads.payload_change import Body, PayloadChange
 from drivetrain.simulation.core import assembly, bodies, equations, friction
 from drivetrain.simulation.core.jacobian import sparsity_pattern
 from drivetrain.simulation.core.records import AT, parts_of
@@ -99,6 +101,64 @@ def test_margins_are_what_is_left_of_friction_or_of_speed() -> None:
     called(adaptive_step._event_values, numbers, np.array([0.0, 0.0, 0.0, 0.1, 0.25, 0.25]), found)
     np.testing.assert_allclose(found, [-0.15, -0.5, 1.0], rtol=1e-12)
     assert at["breakaway_direction"][1] == -1
+
+
+def test_a_mesh_sticks_up_to_an_acceleration_beyond_its_bound() -> None:
+    """Of 3e-8 rad/s^2 times the inertia; other friction has no such margin."""
+    for inertia in (0.5, 8.0):
+        for more, margin in (((), 0.0), ((dt.MeshLoss(dt.Gear("g", 1.0, efficiency=0.9)),), 3e-8 * inertia)):
+            rub = dt.DryFriction(dt.Friction(coulomb=2.0))
+            done, numbers = adaptive(dt.joint_scene(inertia, [rub, dt.GivenTorque([0.0], [1.5]), *more], 1.0))
+            at, found = done.memory.view(numbers, "coordinates"), np.zeros(1)
+            at["dry"]["mode"] = 0
+            called(adaptive_step._event_values, numbers, np.zeros(2), found)
+            assert found[0] - at["margin"][0] == pytest.approx(margin, abs=1e-15) and 0.4 < at["margin"][0] < 0.8
+
+
+@pytest.mark.parametrize("surface", [0.4, -0.4])
+def test_friction_takes_power_by_the_speed_on_its_surface(surface: float) -> None:
+    done, numbers = adaptive(bars([dt.Friction(coulomb=2.0)] * 3, [0.0] * 3, (dt.MovingBelt(surface),)))
+    speeds = np.array([0.1, 0.9, -1.3])
+    done.memory.view(numbers, "coordinates")["dry"]["mode"] = np.sign(speeds - surface)
+    equations.evaluate_rates(numbers, np.concatenate([np.zeros(3), speeds]))
+    equations.evaluate_signals(numbers)
+    for name, speed in zip("abc", speeds, strict=True):
+        power, torque = (numbers[done.memory.places[f"{name}.{what}"]] for what in
+                         ("joint_friction_power", "joint_friction"))  # fmt: skip
+        assert power == pytest.approx(2.0 * abs(speed - surface), rel=1e-12)
+        assert torque == pytest.approx(2.0 * np.sign(speed - surface), rel=1e-12)
+
+
+def test_a_payload_is_taken_at_the_beginning_of_a_segment() -> None:
+    """Its energy is counted once: of half a kilogram at its height and speed."""
+    arm = dt.load_arm("planar-2r")
+    body = Body(0.5, np.zeros(3), np.zeros((3, 3)))
+    scene = dt.Scene(arm, {"scene": (PayloadChange([0.3], (body,)),)}, 1.0)
+    done, numbers = adaptive(scene)
+    x = np.array([0.4, -0.7, 1.1, -1.6])
+    added = done.memory.places["scene.payload_energy"]
+    for t, taken in ((0.2, False), (0.3, True), (0.5, True)):
+        called(adaptive_step._segment_start, numbers, x, np.zeros(1), t)
+        assert bool(numbers[added]) == taken
+    energy = [dt.kinetic_energy(one, x[:2], x[2:]) + dt.potential_energy(one, x[:2])
+              for one in (arm, with_payload(arm, 0.5, np.zeros(3), np.zeros((3, 3))))]  # fmt: skip
+    assert numbers[added] == pytest.approx(energy[1] - energy[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_command_beyond_a_limit_is_refused_in_both_directions(way: float) -> None:
+    """Current and voltage, at a share of the limit, at the time of the largest."""
+    motor = dt.MotorCurrent(MOTOR, 5.0, 24.0)
+    made = SimpleNamespace(scene=SimpleNamespace(effects={"b": (motor, LAW)}))
+    time = np.array([0.0, 0.5, 1.0])
+    for share in (1.0, 0.5):
+        for current, voltage, wanted in ((0.99, 0.99, []), (1.01, 0.9, [("5.05", "A")]), (0.9, 1.01, [("24.24", "V")])):
+            shape = way * share * np.array([[0.1, 0.2], [0.3, 1.0], [np.nan, -0.5]])
+            demand = SimpleNamespace(time=time, current=5.0 * current * shape, voltage=24.0 * voltage * shape)
+            found = dt.Inverse(share)._limits(made, demand, 1, "b")
+            assert len(found) == len(wanted) and all(fault.place == "b" for fault in found)
+            for fault, (size, unit) in zip(found, wanted, strict=True):
+                assert f"takes {share * float(size):.4g} {unit} at 0.5 s" in fault.problem
 
 
 @pytest.mark.parametrize("surface", [0.0, 0.7, -0.7])
@@ -470,6 +530,7 @@ def test_a_speed_beyond_all_bounds_is_named(name: str) -> None:
     done = plan(bars([dt.Friction(coulomb=1e-3)] * 3, [0.0] * 3))
     fine = dt.FixedStep(0.25).run(done, RunOptions(0.5, start={name: 3.0}))
     assert fine.stopped_by is None and fine.counters["instants"] == len(fine.rows) == 3
+    assert fine.events == ()
 
 
 def test_rates_of_wind_ups_along_a_command(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ from random_arms import random_arm
 from scipy.spatial.transform import Rotation
 
 import drivetrain as dt
+from drivetrain.arm.closures import with_second_motors
 from drivetrain.arm.coupling import with_coupling
 from drivetrain.arm.kinematics import tip_jacobian, tip_pose
 from drivetrain.arrays import Array
@@ -118,7 +119,7 @@ def test_a_scene_moves_as_its_kinetic_energy_says(
         own = 0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 - carried
         assert done.body.rotors[k] == pytest.approx(own, rel=1e-9, abs=1e-12)
 
-    speed = np.concatenate([np.linalg.inv(turns) @ QD, 1.0 + np.arange(len(soft))])
+    speed = np.concatenate([np.linalg.inv(turns) @ QD, 1.7 + np.arange(len(soft))])
     step, c = 1e-5, len(speed)
     change = np.zeros((c, c, c))
     for k in range(4):
@@ -208,6 +209,20 @@ def test_what_pulls_at_the_tip_moves_the_joints(coupled: bool) -> None:
     for name, values in (("", place), ("speed_", speed), ("turning_", turning)):
         found = [numbers[done.memory.places[f"scene.tip_{name}{axis}"]] for axis in "xyz"]
         np.testing.assert_allclose(found, values, rtol=1e-9, err_msg=name)
+
+
+def test_the_tip_of_a_linkage_is_that_of_its_first_chain() -> None:
+    """A second motor has a chain of its own, up to its joint."""
+    bare = two_links().arm
+    arm = dt.with_rotors(with_second_motors(bare, [0]), [dt.Rotor(50.0, 1e-4, carrier=-1)] * 2 + [None])
+    soft = dt.Backlash(dt.Gear("g", 50.0, stiffness_1=1e4, backlash=0.0))
+    effects = {**dict.fromkeys(arm.joint_names[:2], (soft,)), "scene": (TipSpring(),)}
+    done = plan(dt.Scene(arm, effects, 1.0))
+    numbers, state = done.memory.numbers.copy(), np.zeros(len(done.memory.states))
+    state[[done.memory.states[f"{name}.position"] for name in bare.joint_names]] = [0.3, -0.8]
+    equations.evaluate_rates(numbers, state)
+    found = [numbers[done.memory.places[f"scene.tip_{axis}"]] for axis in "xyz"]
+    np.testing.assert_allclose(found, tip_pose(bare, np.array([0.3, -0.8]))[:3, 3], atol=1e-12)
 
 
 @pytest.mark.parametrize("coupled", [False, True])
@@ -391,7 +406,7 @@ def test_a_linkage_moves_as_inverse_dynamics_says(kinds: str, coupled: bool, sta
     np.testing.assert_allclose(done.inertia, mass, atol=1e-9 * np.abs(mass).max())
     own = [0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 - PULLEY * (k in staged) for k, kind in enumerate(kinds)]
     np.testing.assert_allclose(done.body.rotors, own, rtol=1e-9)
-    speed = np.concatenate([np.linalg.inv(turns) @ QD[:2], 1.0 + np.arange(len(soft))])
+    speed = np.concatenate([np.linalg.inv(turns) @ QD[:2], 1.7 + np.arange(len(soft))])
     step, c = 1e-5, len(speed)
     change = np.zeros((c, c, c))
     for k in range(2):

@@ -134,6 +134,17 @@ def test_two_motors_push_each_other_alike_and_rub_at_the_first() -> None:
     assert plan(played).body.zeros.tolist() == [0.0]
 
 
+def test_a_mesh_of_one_joint_jams() -> None:
+    """mu against 1 + J ratio^2 / I = 1.25."""
+    for loss, told in ((1.24, False), (1.26, True)):
+        mesh = dt.MeshLoss(dt.Gear("g", 50.0, efficiency=1.0 / (1.0 + loss)))
+        scene = joint_scene(1.0, [dt.ReflectedRotor(1e-4, 50.0), mesh], 1.0)
+        if told:
+            assert "1.25 on it jams" in faults_of(scene)[0]
+        else:
+            plan(scene)
+
+
 @pytest.mark.parametrize("share, told", [(0.99, False), (1.01, True)])
 def test_a_mesh_jams_where_its_friction_reaches_what_the_rotor_can_give(share: float, told: bool) -> None:
     """mu against 1 + J ratio^2 / I, with I of the joint as all others stand, without the rotor."""
