@@ -605,6 +605,21 @@ def test_a_stiff_wall_is_met_to_rounding_however_its_force_jumps_in_a_step(case:
     np.testing.assert_allclose(np.cross(lost, normal, axisa=0), 0.0, atol=1e-12 * np.abs(lost).max())
 
 
+def test_the_secant_across_a_bracket_of_rates() -> None:
+    """Between a rate that is too low and one that is too high: twice on one side it bends (Illinois)."""
+    slow = SimpleNamespace(rate=-math.inf, expected=0.0, excess=0.0)
+    rotor = SimpleNamespace(slow=slow, fast=SimpleNamespace(rate=math.inf, expected=0.0, excess=0.0))
+    assert assembly._secant(rotor, 1.0, 3.0, 7.0) == -1.0  # too low: no bracket yet
+    assert assembly._secant(rotor, 4.0, 9.0, 5.0) == pytest.approx((9.0 - 3.0) / (4.0 - 1.0), rel=1e-12)
+    # Too low again: half of what the other exceeds counts from now on.
+    assert assembly._secant(rotor, 2.0, 4.0, 6.0) == pytest.approx((5.0 + 2.0 - 4.0) / (4.0 - 2.0), rel=1e-12)
+    assert assembly._secant(rotor, 3.0, 5.5, 5.6) == pytest.approx((5.0 + 1.0 - 5.5) / (4.0 - 3.0), rel=1e-12)
+    assert assembly._secant(rotor, 3.5, 5.0, 4.8) == pytest.approx(0.0, abs=1e-12)  # it never falls
+    assert assembly._secant(rotor, 9.0, 4.0, 6.0) == -1.0  # too low beyond what was too high: the bracket is stale
+    assert rotor.fast.rate == math.inf and rotor.slow.rate == 9.0
+    assert assembly._secant(rotor, 8.0, 6.0, 5.0) == -1.0 and rotor.slow.rate == -math.inf
+
+
 # step [s], stiffness [N m/rad], rotor, load [kg m^2], play [rad], speeds [rad/s], damping [N m s/rad]
 SPRINGS: Any = (
     (2e-3, 6.3e6, 6.3e-5, 1.0, 1.6e-3, 3.6, -4.5, 94.0),

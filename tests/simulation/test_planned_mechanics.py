@@ -334,6 +334,31 @@ def test_the_jacobian_is_that_of_differences(
         np.testing.assert_allclose(columns[:m] / size, wanted / size, atol=1e-5)
 
 
+@pytest.mark.parametrize("kinds", ["FFFF", "RfFr"])
+def test_the_jacobian_with_lossy_meshes_is_that_of_differences(kinds: str) -> None:
+    """In motion each takes its share of what it transmits, which the arm's motion changes; the rotors' own torque it
+    does not transmit.
+    """
+    plain = scene_with(random_arm(11, "RRPR"), kinds)
+    meshes = {name: (*effects, dt.MeshLoss(dt.Gear("g", RATIOS[k], efficiency=0.8, stiffness_1=1e4)))
+              for k, (name, effects) in enumerate(plain.effects.items())}  # fmt: skip
+    done = plan(dt.Scene(plain.body, meshes, 1.0, Q, QD))
+    m, c = done.memory.moving, done.body.c
+    numbers = adaptive_step._with_engine_sections(done, initial_memory(done), sparsity_pattern(done)[:m, :m])
+    x = np.random.default_rng(8).uniform(0.3, 0.9, m) * np.where(np.arange(m) % 2, 1.0, -1.0)
+    x[4:c] *= 1e-3
+    engine = done.memory.view(numbers, "engine")[0]
+    engine["modes_fixed"] = 0
+    equations.evaluate_rates(numbers, x)
+    engine["modes_fixed"] = 1
+    columns = np.zeros((m + 1, m))
+    evaluate(equations.right_side(jacobian.jacobian).address, 0.0, x, columns, np.zeros(1), parts_of(numbers))
+    wanted = [(equations.evaluate_rates(numbers, x + one) - equations.evaluate_rates(numbers, x - one)) / 2e-6
+              for one in 1e-6 * np.eye(m)]  # fmt: skip
+    size = np.abs(wanted).max(axis=0)
+    np.testing.assert_allclose(columns[:m] / size, wanted / size, atol=1e-5)
+
+
 @pytest.mark.parametrize("kinds", ["RR", "ff"])
 def test_every_acceleration_of_a_linkage_depends_on_all_its_motion(kinds: str) -> None:
     pattern, found, c = patterns(scene_with(two_links(closures=short_crank()).arm, kinds))
