@@ -275,6 +275,8 @@ def _sample(t: Any, h: Any, own: Any, joint: Any) -> None:
 class SampledCascade(CascadeLoop):
     """Sampled ``CascadeLoop``: the speed is the difference of two measured angles divided by the period.
 
+    A sampled current loop that samples at the same instant still reads the command before it.
+
     Attributes:
         every: Sampling period [s].
         delay: Number of samples from measuring to output, 0 to 2.
