@@ -205,6 +205,20 @@ def test_too_long_or_too_many_rows(duration: float, interval: float, place: str)
     assert caught.value.faults[0].place == place
 
 
+def test_a_torque_law_is_tried_once_at_the_start() -> None:
+    arm, seen = held()[0], list[Any]()
+
+    def law(t: float, q: Any, qd: Any) -> Any:
+        seen.append((t, *q, *qd))
+        return 0.0 * q
+
+    assert (
+        passive.checked_law(arm, law, np.append(Q, QD)) is law
+        and seen == [(0.0, *Q, *QD)]
+        and passive.checked_law(arm, None, np.append(Q, QD)) is None
+    )
+
+
 def test_a_start_faster_than_any_arm_is_refused_by_its_index() -> None:
     arm, _ = held()
     np.testing.assert_array_equal(passive.checked_start(arm, Q, 1e6 * np.sign(QD)), [*Q, *(1e6 * np.sign(QD))])

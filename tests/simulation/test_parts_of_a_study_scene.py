@@ -408,6 +408,9 @@ def test_two_motors_of_an_axis_each_behind_its_gear() -> None:
     soft = drives | {names[1]: replace(drives[names[1]], gear=replace(drives[names[1]].gear, stiffness_1=None))}
     with pytest.raises(InputError, match="stiffness_1"):
         scene_of(study, soft, options=BARE)
+    unequal = drives | {names[1]: replace(drives[names[1]], gear=replace(drives[names[1]].gear, efficiency=0.8))}
+    loose = replace(study, joints=tuple(replace(one, preload=None) for one in study.joints))
+    assert [only(scene_of(loose, unequal, options=BARE).effects[name], Preload).torque for name in names] == [0.0, 0.0]
     known = {name: replace(one, gear=replace(one.gear, backlash=1e-3)) for name, one in drives.items()}
     played = scene_of(study, known, options=BARE)
     assert only(played.effects[names[0]], Backlash).gear.backlash == 1e-3 and not played.notes
