@@ -121,7 +121,7 @@ def test_a_motion_may_be_a_file(tmp_path: Path) -> None:
 
 def test_an_array_without_a_known_name_is_told_how_to_name_it(tmp_path: Path) -> None:
     np.savez(tmp_path / "run.npz", t=TIME, phi=POSITION)
-    with pytest.raises(dt.InputError, match=r"columns=\{'t': 'time \[s\]'"):
+    with pytest.raises(dt.InputError, match=r"columns=\{'phi': 'q \[rad\]'\}"):
         dt.read_recording(tmp_path / "run.npz", ["joint_1", "joint_2"])
     named = {"t": "time [s]", "phi": "q [rad]"}
     found = dt.read_recording(tmp_path / "run.npz", ["joint_1", "joint_2"], columns=named)

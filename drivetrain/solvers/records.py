@@ -36,7 +36,8 @@ STATE = np.dtype([
 """One state."""
 
 EVENT = np.dtype(_record(np.float64, "start before left latest"))
-"""Value of an event function: at the beginning of the step, at that of the searched subinterval, and the latest."""
+"""Value of an event function: at the beginning of the step, a part of the step before that of the searched subinterval,
+at its beginning, and the latest."""
 
 SEGMENT = np.dtype(_record(np.float64, "end limit"))
 """An interval between breakpoints: its end, and the latest time at which functions may be evaluated in it [s]."""

@@ -77,7 +77,7 @@ def test_a_gear_named_alone_has_the_joints_stages_behind_it() -> None:
         np.testing.assert_array_equal(answer.result.series.motor_torque, whole.series.motor_torque)
     among = lift(joint={"candidates": {"pairs": "all", "gears": {"keys": ["G2"]}}})
     (answer,) = dt.why_not(among, "joint_1", gear="G4", motor="M", cost=False).answers
-    assert any("of gear G4 it is G4" in words for words in answer.passed_over)
+    assert any("that of G4 is G4" in words for words in answer.passed_over)
 
 
 def test_free_ratios_do_not_forget_stages() -> None:
