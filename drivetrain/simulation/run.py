@@ -235,8 +235,8 @@ MEASURES: dict[str, dict[str, Callable[[Array, Array], float]]] = {
     "mesh_torque": {"(RMS)": _rms},
     "winding_temperature": {"(rise)": lambda here, there: abs(float(np.ptp(here) / np.ptp(there)) - 1.0)},
 }
-# Sizes below which a quantity is not compared: rounding; rises [K] that no decision depends on; speeds [rad/s or m/s] of
-# joints that stand still.
+# Sizes below which a quantity is not compared: rounding; rises [K] that no decision depends on; speeds [rad/s or m/s]
+# of joints that stand still.
 SMALLEST_SIZES = dict.fromkeys(MEASURES, 1e-6) | {"winding_temperature": 0.1, "speed": 1e-4}
 
 
