@@ -29,7 +29,6 @@ demo: $(VENV)/.installed
 install: $(VENV)/.test-installed $(LOWEST)/.installed # `make -j2 install`: both at once
 
 test: $(VENV)/.test-installed
-	$(BIN)/drivetrain warm # each core compiles other kernels; processes of tests would compile the same ones at once
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 shuffled: $(VENV)/.test-installed

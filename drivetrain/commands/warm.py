@@ -108,11 +108,11 @@ def _dynamics() -> None:
     inverse_dynamics(linkage.arm, cycle.position[:2], cycle.velocity[:2], cycle.acceleration[:2])
 
 
-# The dearest first, so that no core waits for it at the end.
+# The dearest first, so that no core waits for it at the end; last, those whose kernels "select" compiles mostly.
 JOBS: dict[str, Callable[[], None]] = {
     "simulate": _simulate,
     "select": _select,
+    "dynamics": _dynamics,
     "front": _front,
     "tolerances": _tolerances,
-    "dynamics": _dynamics,
 }

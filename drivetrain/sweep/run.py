@@ -29,6 +29,7 @@ Report = Callable[[int, int, str], None]
 AHEAD = 3  # shards queued per worker: enough to keep it busy, without holding many studies in memory
 RETRIES = 5  # attempts to recompute a shard whose worker died
 KEPT = 16  # largest number of studies held in memory
+SCHEDULER_ANSWERS = "10s"  # time within which a running scheduler must answer
 
 Work = list[tuple[Point, Study | str]]
 
@@ -144,7 +145,7 @@ def _client(workers: int | None, scheduler: str | None) -> Iterator[Client]:
 
     if scheduler is not None:
         try:
-            client = Client(scheduler, timeout="10s")
+            client = Client(scheduler, timeout=SCHEDULER_ANSWERS)
         except (OSError, ValueError) as error:
             problem = "no dask scheduler answers there"
             raise InputError(Fault("--scheduler", problem, scheduler, str(error).splitlines()[0])) from None

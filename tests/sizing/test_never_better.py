@@ -24,7 +24,7 @@ from drivetrain.sizing.judge.parts import parts_of
 from drivetrain.sizing.judge.vary import named_drives
 from drivetrain.study.parts.verdicts import Verdict
 
-STUDIES, PAIRS = 500, 8
+STUDIES, PAIRS = 300, 8
 FIRST = int(os.environ.get("DRIVETRAIN_FIRST", "0"))  # seed of the first: another draws others
 SETS = int(os.environ.get("DRIVETRAIN_SETS", "2"))  # whole sets of each change: 28 make 500, which take minutes
 GOOD = (Verdict.PASS, Verdict.MARGINAL)

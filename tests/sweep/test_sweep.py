@@ -18,6 +18,7 @@ from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.document import place_of, read_document, varied
 from drivetrain.study.read import study_from
+from drivetrain.sweep import run
 from drivetrain.sweep.points import read_sweep
 from drivetrain.sweep.run import run_sweep
 from drivetrain.sweep.shards import read_results, shard_path
@@ -179,7 +180,8 @@ def test_all_faults_of_the_file_at_once(tmp_path: Path) -> None:
         read_sweep(place)
 
 
-def test_no_scheduler_is_told(file: Path, tmp_path: Path) -> None:
+def test_no_scheduler_is_told(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "SCHEDULER_ANSWERS", "1s")
     with pytest.raises(InputError, match="no dask scheduler"):
         run_sweep(read_sweep(file), tmp_path / "out", scheduler="tcp://127.0.0.1:9")
 
