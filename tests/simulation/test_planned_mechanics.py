@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -43,6 +44,16 @@ def gear(k: int, staged: bool = False) -> dt.Gear:
         return dt.Gear(f"g{k}", RATIOS[k], stiffness_1=1e4)
     stage = Stage(type="belt", ratio=2.0, efficiency=0.96, inertia=PULLEY / 4.0)
     return with_stages(dt.Gear(f"g{k}", RATIOS[k] / 2.0, inertia=1e-5, stiffness_1=1e4), chained([stage]))
+
+
+def bias_of(matrix_at: Callable[[Any], Any], turns: Any, speed: Any) -> Any:
+    """Coriolis and centrifugal torques, from differences of the mass matrix ``matrix_at(shift of the joints)``."""
+    step, c = 1e-5, len(speed)
+    change = np.zeros((c, c, c))
+    for k in range(len(turns)):
+        more, less = (matrix_at(way * step * turns[:, k]) for way in (1.0, -1.0))
+        change[k] = (more - less) / (2.0 * step)
+    return np.einsum("kij,k,j->i", change, speed, speed) - 0.5 * np.einsum("ijk,j,k->i", change, speed, speed)
 
 
 def energy_matrix(arm: dt.Arm, kinds: str, q: Any, turns: Any, staged: tuple[int, ...] = ()) -> Any:
@@ -120,12 +131,7 @@ def test_a_scene_moves_as_its_kinetic_energy_says(
         assert done.body.rotors[k] == pytest.approx(own, rel=1e-9, abs=1e-12)
 
     speed = np.concatenate([np.linalg.inv(turns) @ QD, 1.7 + np.arange(len(soft))])
-    step, c = 1e-5, len(speed)
-    change = np.zeros((c, c, c))
-    for k in range(4):
-        more, less = (energy_matrix(bare, kinds, Q + way * step * turns[:, k], turns, staged) for way in (1.0, -1.0))
-        change[k] = (more - less) / (2.0 * step)
-    bias = np.einsum("kij,k,j->i", change, speed, speed) - 0.5 * np.einsum("ijk,j,k->i", change, speed, speed)
+    bias = bias_of(lambda shift: energy_matrix(bare, kinds, Q + shift, turns, staged), turns, speed)
     bias[:4] += turns.T @ dt.inverse_dynamics(bare, Q, 0.0 * Q, 0.0 * Q)
     for k, i in enumerate(soft):  # dampers between motors and joints
         torque = DAMPING[i] * (speed[4 + k] - QD[i])
@@ -432,12 +438,7 @@ def test_a_linkage_moves_as_inverse_dynamics_says(kinds: str, coupled: bool, sta
     own = [0.0 if kind == "-" else AXIAL[k] * RATIOS[k] ** 2 - PULLEY * (k in staged) for k, kind in enumerate(kinds)]
     np.testing.assert_allclose(done.body.rotors, own, rtol=1e-9)
     speed = np.concatenate([np.linalg.inv(turns) @ QD[:2], 1.7 + np.arange(len(soft))])
-    step, c = 1e-5, len(speed)
-    change = np.zeros((c, c, c))
-    for k in range(2):
-        more, less = (linkage_matrix(arm, kinds, q + way * step * turns[:, k], turns, staged) for way in (1.0, -1.0))
-        change[k] = (more - less) / (2.0 * step)
-    bias = np.einsum("kij,k,j->i", change, speed, speed) - 0.5 * np.einsum("ijk,j,k->i", change, speed, speed)
+    bias = bias_of(lambda shift: linkage_matrix(arm, kinds, q + shift, turns, staged), turns, speed)
     bias[:2] += turns.T @ dt.inverse_dynamics(dt.with_rotors(arm, [None, None]), q, 0.0 * q, 0.0 * q)
     for k, i in enumerate(soft):
         torque = DAMPING[i] * (speed[2 + k] - QD[i])

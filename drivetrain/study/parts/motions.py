@@ -285,8 +285,7 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
     limits = _limits(form, arm, ledger, place)
     dwell = _dwell(form.dwell, len(rows), ledger, (*place, "dwell"))
     durations = form.durations
-    if form.profile is None and not ledger.spoiled(("motions", DEFAULT, "profile")):
-        ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
+    _check_profile(form, ledger, place)
     if len(rows) < 2:
         ledger.fault((*place, "waypoints"), "must be at least two rows")
     if durations is not None and len(durations) != len(rows) - 1:
@@ -305,6 +304,12 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
     )  # fmt: skip
 
 
+def _check_profile(form: MotionForm, ledger: Ledger, place: Place) -> None:
+    """Add a fault for a motion without a profile; if that of all motions is wrong, its fault is enough."""
+    if form.profile is None and not ledger.spoiled(("motions", DEFAULT, "profile")):
+        ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
+
+
 def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) -> Motion | None:
     """The motion through moves of joints and tool; None after a fault."""
     known = len(ledger.faults)
@@ -312,8 +317,7 @@ def _moves(name: str, form: MotionForm, arm: Arm, ledger: Ledger, place: Place) 
     start = None if form.start is None else _row(form.start, form, arm, ledger, (*place, "start"))
     if form.start is None:
         ledger.fault((*place, "start"), "is missing: joint positions before the first move, which choose the posture")
-    if form.profile is None and not ledger.spoiled(("motions", DEFAULT, "profile")):
-        ledger.fault((*place, "profile"), f"is missing: {', '.join(PROFILES)}")
+    _check_profile(form, ledger, place)
     if not form.moves:
         ledger.fault((*place, "moves"), "must have at least one move")
     tool = form.tool
