@@ -82,6 +82,8 @@ def __getattr__(name: str) -> Any:
         return import_module(f"drivetrain.{name}")
     if name == "__all__":
         return sorted([*_homes(), *_ROOMS, "__version__"])
+    if name.startswith("_"):  # tools ask for many of these
+        raise AttributeError(f"module 'drivetrain' has no attribute {name!r}")
     if name not in _homes():
         known = _SHELL.get(name) or nearest(name, [*_homes(), *_ROOMS])
         raise AttributeError(f"module 'drivetrain' has no attribute {name!r}; {known}")
