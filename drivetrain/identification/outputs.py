@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import fields, replace
-from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,16 +14,15 @@ from drivetrain.drive.friction import Friction
 from drivetrain.errors import Fault, InputError
 from drivetrain.export.urdf import urdf_text
 from drivetrain.identification.fit import Identification
+from drivetrain.report.charts.chart import Chart, Mark, captioned
+from drivetrain.report.pages.sheet import Section, SheetTable, sheet
+from drivetrain.report.quantities import number, percent, printed_unit
 from drivetrain.study.document import read_document, varied
 from drivetrain.study.written import written
 from drivetrain.whole_files import write_files
 
-STYLE = (
-    ":root{color-scheme:light dark}svg{background:#fff}"
-    "body{font:15px/1.5 sans-serif;max-width:70em;margin:2em auto;padding:0 1em}table{border-collapse:collapse}"
-    "td,th{padding:.15em .7em;text-align:right;border-bottom:1px solid #ddd}th{text-align:left}img{max-width:100%}"
-)
-ERRORS = {"given": "error of the given model", "identified": "error of the identified model"}
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def write_identification(found: Identification, folder: str | Path) -> dict[str, Path]:
@@ -81,32 +79,91 @@ def _stated(law: Friction) -> dict[str, Any]:
 
 
 def identification_page(found: Identification) -> str:
-    import io
+    """The report as a page that needs nothing from outside."""
+    sections = [_result(found), _torques(found), *_parameters(found)]
+    return sheet(found.study, "Identification", sections, name=found.arm.name)
 
-    from matplotlib.figure import Figure
 
-    picture, names = io.StringIO(), found.arm.joint_names
-    figure = Figure(figsize=(9.0, 1.8 * len(names)), layout="constrained")
-    for ax, name in zip(figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0], names, strict=True):
-        found.plot(ax, joint=name)
-    figure.savefig(picture, format="svg")
-    svg = picture.getvalue()
-    tables = {
-        "RMS torque on data held out [N m or N]": found.errors.rename(columns=ERRORS),
-        "RMS torque of each contribution [N m or N]": found.contributions,
-        "Combinations of parameters that the motion can distinguish": found.base,
-        "All parameters": found.parameters,
-    }
-    parts = [
-        f"<h2>{escape(title)}</h2>{table.to_html(float_format=_short, border=0)}" for title, table in tables.items()
-    ]
-    notes = "".join(f"<li>{escape(note)}</li>" for note in found.notes)
-    body = (
-        f"<h1>Identification of {escape(found.arm.name)}</h1><ul>{notes}</ul>{svg[svg.index('<svg') :]}{''.join(parts)}"
+def _result(found: Identification) -> Section:
+    names, errors = found.arm.joint_names, _rows(found.errors)
+    better = [name for name in names if errors[name]["identified"] < errors[name]["given"]]
+    lead = (
+        f"On data that were not used for the fit, the identified model is closer to the measured torque than the given "
+        f"model at {len(better)} of {len(names)} joints."
     )
-    head = f"<!doctype html><html lang=en><meta charset=utf-8><title>Identification</title><style>{STYLE}</style>"
-    return f"{head}{body}</html>\n"
+    rows = tuple(
+        (name, *(number(errors[name][column], 4) for column in ("measured", "given", "identified")),
+         _unit(found, i), number(errors[name]["correlation"], 4))
+        for i, name in enumerate(names)
+    )  # fmt: skip
+    headings = (
+        "joint", "measured, RMS", "RMS error of the given model", "RMS error of the identified model", "unit",
+        "correlation with the identified model",
+    )  # fmt: skip
+    shares = _rows(found.contributions)
+    causes = tuple(
+        (name, *(number(value, 4) for value in shares[name].values()), _unit(found, i)) for i, name in enumerate(names)
+    )
+    tables = (
+        SheetTable(headings, rows, "Torque on data held out", (1, 2, 3, 5)),
+        SheetTable(("joint", *found.contributions.columns, "unit"), causes, "RMS torque of each contribution",
+                   tuple(range(1, 1 + len(found.contributions.columns)))),
+    )  # fmt: skip
+    word, css = ("better", "pass") if len(better) == len(names) else ("not better at every joint", "marginal")
+    return Section("Result", "result", word, css, (lead,), tables=tables, notes=found.notes)
 
 
-def _short(value: float) -> str:
-    return f"{value:.4g}"
+def _rows(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
+    """The rows of a table by their names."""
+    return {str(name): {str(key): row[key] for key in row} for name, row in table.to_dict("index").items()}
+
+
+def _unit(found: Identification, joint: int) -> str:
+    return "N" if found.arm.slides[joint] else "N m"
+
+
+def _torques(found: Identification) -> Section:
+    charts = []
+    for i, name in enumerate(found.arm.joint_names):
+        unit = _unit(found, i)
+        marks = [
+            Mark("line", found.time, found.measured[:, i], label="measured", colour="muted", alpha=0.7),
+            Mark("line", found.time, found.modelled[:, i], label="identified model", size=1.0),
+        ]
+        label = f"{'torque' if unit == 'N m' else 'force'} [{unit}]"
+        ends = (float(found.time[0]), float(found.time[-1]))
+        about = f"measured and modelled {label} of {name} over time"
+        charts.append(Chart(about, "time [s]", label, marks, ends, height=220, title=name, joined="torque"))
+    caption = "Torque at the joints, measured and by the model that was identified from all data."
+    return Section("Measured and modelled torque", "torque", figures=captioned(charts, caption))
+
+
+def _parameters(found: Identification) -> tuple[Section, Section]:
+    base = tuple(
+        (row["combination"], _unit_of(name), number(row["value"], 4), number(row["deviation"], 2))
+        for name, row in _rows(found.base).items()
+    )
+    every = tuple(
+        (name.partition(" [")[0], _unit_of(name), number(row["prior"], 4), number(row["identified"], 4),
+         number(row["deviation"], 2), percent(row["share"]))
+        for name, row in _rows(found.parameters).items()
+    )  # fmt: skip
+    about = (
+        "hx, hy, hz are mass times centre of mass. They and the inertias are about the joint's point, in the axes of "
+        "the base with all joints at zero.",
+        "Remaining uncertainty: standard deviation divided by that of the prior. Near 100 % the recording has no "
+        "information about the parameter, and its value is that of the prior.",
+    )
+    return (
+        Section("Combinations that the motion can distinguish", "base", lead=(
+            "Torques depend on these combinations of parameters only.",
+        ), tables=(SheetTable(("combination", "unit", "value", "standard deviation"), base, "", (2, 3)),)),
+        Section("All parameters", "parameters", tables=(
+            SheetTable(("parameter", "unit", "prior", "identified", "standard deviation", "remaining uncertainty"),
+                       every, "", (2, 3, 4, 5)),
+        ), notes=about),
+    )  # fmt: skip
+
+
+def _unit_of(name: str) -> str:
+    return printed_unit(name.partition(" [")[2].removesuffix("]"))

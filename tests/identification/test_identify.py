@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from drivetrain.identification.least_squares import (
     pseudo_inertias,
 )
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.report.quantities import number
 from drivetrain.study.model import DriveMass
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -327,6 +329,10 @@ def test_the_command_writes_a_study_that_loads(tmp_path: Path) -> None:
     np.testing.assert_allclose(inverse_dynamics(again.arm, *state), inverse_dynamics(found.arm, *state), rtol=1e-6)
     for task, law in zip(again.joints, found.friction, strict=True):
         assert (task.friction.viscous, task.friction.coulomb) == pytest.approx((law.viscous, law.coulomb), rel=1e-6)
-    assert "<svg" in (tmp_path / "o" / "report.html").read_text()
+    page = (tmp_path / "o" / "report.html").read_text()
+    for name, row in found.errors.iterrows():
+        assert re.search(rf"<td>{name}</td>\s*<td class=\"n\">{number(row['measured'], 4)}</td>", page)
+    for name in found.parameters.index:
+        assert f"<td>{name.partition(' [')[0]}</td>" in page
     assert len((tmp_path / "o" / "parameters.csv").read_text().splitlines()) == 73
     assert CliRunner().invoke(app, ["identify", str(example), str(tmp_path / "none.csv")]).exit_code == 2

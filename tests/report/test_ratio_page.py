@@ -102,6 +102,29 @@ def test_sentence_and_rows(found) -> None:
     assert "its own, 50.0, is inside" in sentence
     (row,) = ratio_rows(found)
     assert row[4:6] == (Chip(f"{window.low:.1f}", "pass"), f"{window.high:.0f}")
+    open_below = replace(found, gear="+screw", windows=(replace(window, low=0.0, low_binding=""),))
+    assert f"with screw fits with a ratio up to {window.high:.0f} (" in ratio_sentence(open_below)
+    (row,) = ratio_rows(open_below)
+    assert (row[2], row[4]) == ("screw", Chip("any", "pass"))
+
+
+def test_undecided_checks_are_grey(found) -> None:
+    """Where data are missing for a verdict, there is a grey span in the place of an infinite utilisation."""
+    first = int(np.argmin(np.abs(found.ratios - found.best.ratio)))
+    name, hidden = found.best.binding, [k - first in (0, 1, 3) for k in range(len(found.points))]
+    points = tuple(
+        replace(point, utilisations={**point.utilisations, name: math.inf if hides else 0.5}, undecided=(name,) * hides)
+        for point, hides in zip(found.points, hidden, strict=True)
+    )
+    drawn = replace(found, points=points, windows=())
+    used = ratio_charts(drawn)[-1].marks
+    spans = [(mark.x[0], mark.to[0]) for mark in used if mark.kind == "span"]
+    between = np.sqrt(found.ratios[:-1] * found.ratios[1:])
+    assert spans == [(between[first - 1], between[first + 1]), (between[first + 2], between[first + 3])]
+    (highest,) = (mark for mark in used if mark.label == "the highest")
+    gone = {float(ratio) for ratio, hides in zip(found.ratios, hidden, strict=True) if hides}
+    assert {float(ratio) for ratio in np.asarray(highest.x)[np.isnan(highest.y)]} == gone
+    assert "Grey in the utilisation" in ratio_report([drawn])
 
 
 def test_no_ratio_fits() -> None:
@@ -110,7 +133,8 @@ def test_no_ratio_fits() -> None:
     (row,) = ratio_rows(weak)
     assert row[4] == Chip("no ratio", "fail")
     assert "no ratio fits" in ratio_report([weak])
-    assert not any(mark.kind == "span" for chart in ratio_charts(weak) for mark in chart.marks)
+    marks = [mark for chart in ratio_charts(weak) for mark in chart.marks if mark.kind == "span"]
+    assert {mark.colour for mark in marks} == {"muted"}  # no ratio is shaded as one that fits
 
 
 def test_missing_data_can_be_drawn() -> None:

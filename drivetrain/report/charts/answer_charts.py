@@ -16,7 +16,7 @@ from drivetrain.report.charts.chart import BLUE, GREEN, INSTANTS, JOINT_COLOURS,
 from drivetrain.report.quantities import convert, number, percent, printed_unit, shown_unit
 from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
-from drivetrain.sizing.answers.ratio import RatioStudy
+from drivetrain.sizing.answers.ratio import RatioPoint, RatioStudy
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.pareto.front import Front
@@ -201,16 +201,30 @@ def ratio_charts(found: RatioStudy) -> tuple[Chart, ...]:
         heat = [Mark("line", ratios, np.where(np.isfinite(warm), warm, np.nan), colour=VERMILLION)]
         heat += limit(most, "winding limit", "C", "C", "ink")
         charts.append(chart("winding [°C]", heat, 190, (ambient - 0.05 * (top - ambient), top), log=False))
-    used = [
-        Mark("line", ratios, 100.0 * np.clip(found.utilisation_of(check)[seen], 1e-9, 1e9), label=check,
-             colour=JOINT_COLOURS[i % len(JOINT_COLOURS)])
-        for i, check in enumerate(_leading(found, seen))
-    ]  # fmt: skip
-    worst = 100.0 * np.clip(found.series("utilisation")[seen], 1e-9, 1e9)
-    used.append(Mark("line", ratios, worst, label="the highest", colour="ink", size=4, alpha=0.3))
+    points = [found.points[i] for i in seen]
+    used = _undecided_spans(points)
+    for i, check in enumerate(_leading(found, seen)):
+        shares = [math.nan if check in one.undecided else one.utilisations.get(check, math.nan) for one in points]
+        used.append(Mark("line", ratios, 100.0 * np.clip(shares, 1e-9, 1e9), label=check,
+                         colour=JOINT_COLOURS[i % len(JOINT_COLOURS)]))  # fmt: skip
+    worst = [math.nan if one.binding in one.undecided else one.utilisation for one in points]
+    used.append(
+        Mark("line", ratios, 100.0 * np.clip(worst, 1e-9, 1e9), label="the highest", colour="ink", size=4, alpha=0.3)
+    )
     used.append(Mark("rule", y=[100.0], colour=VERMILLION, dash=True))
     charts.append(chart("utilisation [%]", used, 280, (100.0 * min(0.05, 0.5 * found.best.utilisation), 500.0)))
     return tuple(charts)
+
+
+def _undecided_spans(points: Sequence[RatioPoint]) -> list[Mark]:
+    """Grey around the ratios at which a check is not decided for lack of data."""
+    ratios = np.array([one.ratio for one in points])
+    ends = [ratios[0], *np.sqrt(ratios[:-1] * ratios[1:]), ratios[-1]]  # halfway to the next ratio on both sides
+    change = np.diff([0, *(bool(one.undecided) for one in points), 0])
+    return [
+        Mark("span", x=[ends[first]], to=[ends[after]], colour="muted", alpha=0.2)
+        for first, after in zip(np.flatnonzero(change > 0), np.flatnonzero(change < 0), strict=True)
+    ]
 
 
 def _ratio_view(found: RatioStudy) -> tuple[float, float]:

@@ -3,7 +3,11 @@
 page.setup(function () {
   const motion = page.data.motion, byId = (id) => document.getElementById(id);
   const COLOURS = ["#0072B2", "#E69F00", "#009E73", "#CC79A7", "#D55E00", "#56B4E9", "#7f6a3f", "#888888"];
-  const percent = (share) => (Number.isFinite(share) ? (100 * share).toFixed(share > 0.99 && share < 1.01 ? 1 : 0) + " %" : "–");
+  const percent = (share) => {
+    if (!Number.isFinite(share)) return "–";
+    if (share > 1e4) return share < 1e6 ? "> 10⁶ %" : "∞"; // unlimited ones come as 1e6
+    return (100 * share).toFixed(share > 0.99 && share < 1.01 ? 1 : 0) + " %";
+  };
   const short = (value) => (Number.isFinite(value) ? Number(value.toPrecision(3)).toString() : "–");
   if (motion && motion.joints) moving();
   if (page.data.rejected) rejected();

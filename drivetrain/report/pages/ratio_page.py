@@ -16,6 +16,7 @@ from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
 from drivetrain.sizing.answers.ratio import ClosedForms, RatioStudy, RatioWindow
 from drivetrain.sizing.judge.vary import NOT_CHECKED
+from drivetrain.study.model import pair_name
 from drivetrain.study.parts.verdicts import Verdict
 
 METHOD = (
@@ -43,8 +44,11 @@ def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
     nothing = RatioWindow(math.nan, math.nan, found.best.binding_words, found.best.binding_words)
     return [
         (
-            found.joint, found.motor, found.gear or "ideal gear", number(found.drive.gear.ratio),
-            Chip("no ratio", "fail") if window is nothing else Chip(number(window.low), "pass"), number(window.high),
+            found.joint, found.motor, found.gear.removeprefix("+") or "ideal gear", number(found.drive.gear.ratio),
+            Chip("no ratio", "fail")
+            if window is nothing
+            else Chip(number(window.low) if window.low else "any", "pass"),
+            number(window.high),
             window.low_binding or DASH, window.high_binding or DASH, number(found.best.ratio),
             percent(found.best.utilisation),
         )
@@ -54,7 +58,7 @@ def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
 
 def ratio_sentence(found: RatioStudy) -> str:
     """The answer for one joint."""
-    drive = f"{found.motor} with {found.gear or 'an ideal gear'}"
+    drive = pair_name(found.motor, found.gear or "an ideal gear")
     if not found.windows:
         return f"No ratio lets {drive} meet all limits: the best, {number(found.best.ratio)}, " + (
             f"leaves {found.best.binding} unchecked for lack of data."
@@ -76,9 +80,11 @@ def _span(window: RatioWindow) -> str:
     """A window in words, with what ends it."""
     ends = (window.low_binding, window.high_binding)
     low_end, high_end = (end.replace(NOT_CHECKED, ", not checked") for end in ends)
-    low = f"from {number(window.low)} ({low_end})" if window.low > 0.0 else "of any smallness"
-    high = f"to {number(window.high)} ({high_end})" if window.high < math.inf else "upwards"
-    return f"{low} {high}"
+    low = f"from {number(window.low)} ({low_end})" if window.low > 0.0 else ""
+    high = f"to {number(window.high)} ({high_end})" if window.high < math.inf else ""
+    if low:
+        return f"{low} {high or 'upwards'}"
+    return f"up {high}" if high else "of any size"
 
 
 def _overview(studies: Sequence[RatioStudy]) -> Section:
@@ -95,6 +101,8 @@ def _joint(found: RatioStudy) -> Section:
         "All data of the gear except its ratio are kept. Shaded: ratios at which all checks are satisfied; "
         "dashed line: the ratio of the data sheet."
     )
+    if any(point.undecided for point in found.points):
+        caption += " Grey in the utilisation: a check is not decided for lack of data."
     charts = ratio_charts(found)
     if not any("winding" in chart.y for chart in charts):
         caption += " Winding temperature not computed: no thermal data in the catalogue row."
@@ -119,20 +127,20 @@ def _joint(found: RatioStudy) -> Section:
 
 def _formulas(forms: ClosedForms, rated: float | None) -> list[tuple[str, str]]:
     rows = [
-        ("matched inertia, √(I/J)", number(forms.matching)),
-        ("least RMS motor torque", number(forms.least_rms)),
-        ("least peak motor torque", number(forms.least_peak)),
+        ("ratio of matched inertia, √(I/J)", number(forms.matching)),
+        ("ratio of least RMS motor torque", number(forms.least_rms)),
+        ("ratio of least peak motor torque", number(forms.least_peak)),
     ]
     if forms.rated is not None:
         spans = [f"{number(span.low)} to {number(span.high)}" for span in forms.rated]
-        rows.append((f"RMS torque within {with_unit(rated, 'N m')}", " and ".join(spans) or "no ratio"))
+        rows.append((f"ratios with an RMS torque within {with_unit(rated, 'N m')}", " and ".join(spans) or "no ratio"))
     match = forms.load_match
     if match is not None:
         span = "no ratio" if match.range is None else f"{number(match.range.low)} to {number(match.range.high)}"
         rows += [
             ("accelerating factor α", f"{number(match.accelerating_factor)} W/s"),
             ("load factor β/η", f"{number(match.load_factor)} W/s"),
-            ("range by α and β", span),
+            ("ratios by α and β", span),
             ("best ratio by α and β", number(match.best)),
         ]
     return rows

@@ -19,11 +19,12 @@ from drivetrain.version import __version__
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def sheet(study: Study, kind: str, sections: Sequence[Section]) -> str:
-    """One result as a self-contained page."""
+def sheet(study: Study | None, kind: str, sections: Sequence[Section], *, name: str = "") -> str:
+    """One result as a self-contained page; ``name`` is its heading if there is no study."""
     pictures = Pictures()
     placed = [with_markup(section, pictures) for section in sections]
-    return page_text("sheet.html.j2", study=study, kind=kind, sections=placed, pictures=pictures.end())
+    name = name if study is None else study.name
+    return page_text("sheet.html.j2", study=study, name=name, kind=kind, sections=placed, pictures=pictures.end())
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.vary import NOT_CHECKED, Number, Setup, edges, named_drives, ratio_number
 from drivetrain.sizing.results import JointResult
 from drivetrain.sizing.search.search import select
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Study, pair_name
 from drivetrain.study.parts.candidates import gears_at
 from drivetrain.study.parts.verdicts import Check, Verdict, undecided
 
@@ -146,7 +146,7 @@ class RatioStudy:
 
     def __repr__(self) -> str:
         windows = ", ".join(f"{one.low:.4g} to {one.high:.4g}" for one in self.windows) or "no ratio"
-        return f"RatioStudy({self.joint}: {self.motor} with {self.gear or 'an ideal gear'}, fits at {windows})"
+        return f"RatioStudy({self.joint}: {pair_name(self.motor, self.gear or 'an ideal gear')}, fits at {windows})"
 
     @property
     def feasible(self) -> bool:

@@ -40,7 +40,7 @@ from drivetrain.sizing.judge.vary import (
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import JointTask, Study, pair_name
 from drivetrain.study.parts.candidates import excluded_by
 from drivetrain.study.parts.mounting import drive_mass, mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, worst
@@ -116,8 +116,8 @@ class WhyNot:
 
     def __repr__(self) -> str:
         text = ", ".join(f"{one.joint} {one.standing}" for one in self.answers)
-        gear = "no gear" if self.gear == "" else self.gear or "any gear"
-        return f"WhyNot({self.motor or 'any motor'} with {gear}: {text})"
+        pair = pair_name(self.motor or "any motor", "any gear" if self.gear is None else self.gear)
+        return f"WhyNot({pair}: {text})"
 
     @property
     def holds(self) -> bool:

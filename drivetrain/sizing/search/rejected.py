@@ -339,7 +339,7 @@ def _smallest_for_others(near: Nearest, family: WorkFamily, vary: Vary, factors:
     what = f"a cycle of {length * factor:.4g} s instead of {length:.4g} s" if paced else _mass(near, factor)
     least = f"{length * before:.4g} s" if paced else f"{100.0 * before:.3g} % of the payload"
     limit = "" if fails == 0 or not is_final else f"; with {least} none do"
-    named = ", ".join(f"{name} {' with '.join(key for key in pair if key)}" for name, pair in drives.items())
+    named = ", ".join(f"{name} {pair_name(*pair)}" for name, pair in drives.items())
     return f"Other candidates meet all limits with {what}{limit}: {named}."
 
 
