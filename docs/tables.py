@@ -11,6 +11,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))  # the code beside these pages, not an installed package
 
 import drivetrain as dt  # noqa: E402
+from drivetrain.catalog.schema import CHOICE, NUMBER, TABLES, Column  # noqa: E402
 from drivetrain.effects.effect import Effect  # noqa: E402
 from drivetrain.sizing.judge.checks import (  # noqa: E402
     ARM,
@@ -94,6 +95,35 @@ An effect of your own takes one file: see [adding an effect](add_one.md#an-effec
 """
 
 
+COLUMNS = """# Columns of a catalogue
+
+This page lists the columns of the tables of a catalogue. [Your own parts](own_parts.md) describes how to write one. In
+studies and in Python, `motors`, `gears` and `brakes` have entries of the same names.
+
+A header states the name and a unit: `torque_constant [mNm/A]`, `max_speed [rpm]`, `rotor_inertia [oz-in-s^2]`. Any
+unit of the same kind is converted to the SI unit that this page shows. A cell is empty if its value is unknown. Columns
+may be in any order; only those marked **required** must be there.
+
+`python docs/tables.py` generates this page from the columns that the reader knows (`drivetrain/catalog/schema.py`).
+"""
+
+
+def columns_page() -> str:
+    """Every column of every table of a catalogue."""
+    parts = [COLUMNS]
+    for file, columns in TABLES.items():
+        head = f"\n## {file}\n\n| column | SI unit or words | meaning |\n|---|---|---|\n"
+        parts.append(head + "".join(map(_column, columns)))
+    return "".join(parts)
+
+
+def _column(one: Column) -> str:
+    unit = {"1": "- or %", "degC": "°C"}.get(one.unit, one.unit) if one.content == NUMBER else ""
+    words = ", ".join(f"`{word}`" for word in one.choices) if one.content == CHOICE else unit
+    marks = " **Required.**" * one.needed + " Used by `drivetrain catalog lint` only." * one.lint_only
+    return f"| `{one.name}` | {words} | {one.meaning}{marks} |\n"
+
+
 def checks_page() -> str:
     """Every check, by what it is of."""
     parts = [CHECKS]
@@ -132,8 +162,8 @@ def _field(field: Field[Any]) -> str:
 
 
 def main() -> None:
-    """Write both."""
-    for name, text in (("checks.md", checks_page()), ("effects.md", effects_page())):
+    """Write all."""
+    for name, text in (("checks.md", checks_page()), ("effects.md", effects_page()), ("columns.md", columns_page())):
         (HERE / name).write_text(text, encoding="utf-8")
 
 

@@ -147,6 +147,10 @@ READABLE = {
     "V s/rad": ("V s/rad", "mV s/rad"), "s": ("h", "s", "ms"), "N m/rad": ("N m/rad", "mN m/rad"),
     "Hz": ("kHz", "Hz"), "m/s": ("m/s", "mm/s"),
 }  # fmt: skip
+BACK_EMF = (  # hint if a torque constant is given in V/krpm
+    "per ampere dc a back-emf constant of 1 V/krpm is 9.549 mN m/A: of a DC motor, or the amplitude between two lines "
+    "of a brushless one (1.414 times the rms value)"
+)
 Interval = tuple[float | None, float | None]
 LARGEST_IN_SECONDS = 9000.0  # 2.5 h: shorter times are shown in seconds
 
@@ -254,6 +258,8 @@ def _angle_hint(found: _Unit, wanted: _Unit) -> str:
     bases = [{base: power for base, power in unit.dimension.items() if base != "[angle]"} for unit in (found, wanted)]
     if bases[0] != bases[1]:
         return ""
+    if (found.dimension, wanted.dimension) == (_unit("V s/rad").dimension, _unit("N m/A").dimension):
+        return BACK_EMF
     if found.dimension.get("[angle]", 0.0) == 0.0:
         if wanted.dimension == _unit("rad/s").dimension:
             return "write rpm, rad/s or deg/s: a rate by itself does not say what is counted"

@@ -118,6 +118,7 @@ WRONG = [
     ("0.01 V/Hz", "V s/rad", "back-emf constant"),
     ("5 °C", "K", "difference of temperatures"),
     ("3 rad", "1", "angle too many"),
+    ("8.8 V/krpm", "N m/A", "1 V/krpm is 9.549 mN m/A"),
     ("10 Arms", "A", "convention"),
     ("10 A_pk", "A", "convention"),
     ("1,5 V", "V", "decimal comma"),

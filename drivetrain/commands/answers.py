@@ -178,7 +178,7 @@ def family(
     with working(f"searching for {common} that fit all"):
         found = select_family(members, wanted=wanted, common=common)
     lines(family_lines(found, [one.name for one in members]))
-    folder = out or report_folder(f"{members[0].name} family")
+    folder = out or report_folder(f"{loaded[0].name} family")
     for number, one in enumerate(found.evaluations, 1):
         files = write_outputs(folder / f"{number}_{report_folder(one.study.name).name}", one)
         say(f"report: {files['report.html']}")

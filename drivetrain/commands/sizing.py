@@ -71,6 +71,12 @@ def demo(out: OutFolder = None) -> bool:
 def init(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The study to write.")] = Path("study.yaml"),
     arm: Annotated[str, typer.Option(help="A built-in arm, or a URDF, xacro, MJCF or SDF file.")] = "ur5-corrected",
+    tip: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LINK", help="The link that carries the payload. Default: the end of the arm.", show_default=False
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:
     """Write a commented study to start from."""
@@ -83,7 +89,7 @@ def init(
 
     name = file.stem.replace("_", " ").strip()  # so two studies in one folder have a report each
     name = f"{name[:1].upper()}{name[1:]}" or "My arm"
-    _, text = inputs(target, lambda: study_template(arm, file.parent, name))
+    _, text = inputs(target, lambda: study_template(arm, file.parent, name, tip=tip))
     write_files(file.parent, {file.name: text})
     say(f"wrote {file}")
     say(f"next: edit it, then `drivetrain check {file}` and `drivetrain select {file}`")

@@ -170,12 +170,18 @@ def _pair(data: dict[str, Any], pair: Any, place: str) -> Any:
 
 
 def add_motion(data: dict[str, Any], motion: Any) -> None:
-    """Add the motions; a list of them becomes the cycle."""
+    """Add the motions; a list of them becomes the cycle. Those of the entry ``motions`` may be objects too."""
+    stated = data.get("motions", {})
+    if not isinstance(stated, Mapping):
+        raise InputError(Fault("motions", "must be a mapping of motions by name", type(stated).__name__))
+    motions = {
+        name: one if one is None or isinstance(one, Mapping) else _samples(one, data, f"motions.{name}")
+        for name, one in stated.items()
+    }
+    if motions or motion is not None:
+        data["motions"] = motions
     if motion is None:
         return
-    if not isinstance(data.setdefault("motions", {}), Mapping):
-        raise InputError(Fault("motions", "must be a mapping of motions by name", type(data["motions"]).__name__))
-    motions = data["motions"] = dict(data["motions"])
     if not isinstance(motion, list):
         motions[_free_name(motion, motions)] = _samples(motion, data, "motion")
         return

@@ -26,7 +26,9 @@ _SCREW = """
     travel_per_turn: 10 mm/rev"""
 
 
-def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name: str = "My arm") -> str:
+def study_template(
+    arm: str = "ur5-corrected", folder: Path | None = None, name: str = "My arm", *, tip: str | None = None
+) -> str:
     """The text of a study that loads and runs, with comments on what to change.
 
     Args:
@@ -34,9 +36,15 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
         folder: Folder of the future study file, to which the path of ``arm`` is made relative; None: the working
             directory.
         name: Name of the study; the folder of its reports is named after it.
+        tip: Link that carries the payload; None: the end of the arm, of a file with several chains a likely one.
+
+    Raises:
+        InputError: No such arm, file or link, or all faults of the file.
     """
     file = None if arm in builtin_names() or arm.startswith(PACKAGE) else Path(arm)
-    tip = None if arm in builtin_names() else usual_tip(arm)
+    note = "this link carries the payload"
+    if tip is None and arm not in builtin_names():
+        tip, note = usual_tip(arm), f"the file has several chains; {note}"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # shown with the rest when the study is read
         loaded = load_arm(arm, tip=tip)
@@ -46,7 +54,7 @@ def study_template(arm: str = "ur5-corrected", folder: Path | None = None, name:
     start, end = (_row(loaded, slides, side) for side in (-0.5, 0.5))
     return Template(TEMPLATE.read_text(encoding="utf-8")).substitute(
         arm=scalar(arm) if file is None else scalar(file.as_posix()),
-        tip="" if tip is None else f"\ntip: {scalar(tip)} # the file has several chains; this link carries the payload",
+        tip="" if tip is None else f"\ntip: {scalar(tip)} # {note}",
         drive_mass="added" if arm.endswith("-bare") else "included",
         builtin=", ".join(builtin_names()),
         name=scalar(name),

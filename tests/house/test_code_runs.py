@@ -69,10 +69,14 @@ def test_yaml_of_own_parts(folder: Path) -> None:
     """In place of the same entries of the study that ``init`` writes; the own parts are those of Python."""
     base = yaml.safe_load(study_template("planar-2r-bare"))
     studies = []
-    for fragment in blocks(PAGE, "yaml"):
-        (folder / "study.yaml").write_text(yaml.safe_dump({**base, **yaml.safe_load(fragment)}), encoding="utf-8")
+    for text in blocks(PAGE, "yaml"):
+        fragment = yaml.safe_load(text)
+        joints = {**base["joints"], **fragment["joints"]}
+        (folder / "study.yaml").write_text(yaml.safe_dump({**base, **fragment, "joints": joints}), encoding="utf-8")
         studies.append(dt.load_study(folder / "study.yaml"))
-    own, catalogue = studies
+    own, braked, catalogue = studies
+    assert [one.key for one in braked.joints[0].brakes] == ["B"]
+    assert len(braked.joints[1].amplifiers) > 1
     assert own.joints[0].pairs == (("M", "G"),)
     assert len(catalogue.joints[0].pairs) == 6
     in_python: dict[str, Any] = {}

@@ -59,5 +59,5 @@ def test_every_page_is_in_the_site_and_in_the_readme() -> None:
 def test_printed_pages_are_those_of_the_code() -> None:
     """``python docs/tables.py`` writes them."""
     tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
-    for name in ("checks", "effects"):
+    for name in ("checks", "effects", "columns"):
         assert (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") == tables[f"{name}_page"]()

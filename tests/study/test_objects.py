@@ -249,6 +249,10 @@ def test_a_list_of_motions_is_a_cycle() -> None:
     study = planar(motion=[still, {"dwell": "0.5 s"}, {"motion": back, "payload": None}])
     assert study.cycle.segment_names == ("motion", "dwell", "motion_2")
     assert study.cycle.duration == pytest.approx(2.5)
+    steps = [{"motion": "out"}, {"dwell": "0.5 s"}, {"motion": "home"}]
+    by_name = planar(motion=None, motions={"out": still, "home": back}, cycle=steps).cycle
+    assert by_name.segment_names == ("out", "dwell", "home")
+    np.testing.assert_array_equal(by_name.position, study.cycle.position)
     assert "there" in planar(motion=[still, back], motions={"there": {"waypoints": [[0, 0], [0.1, 0]],
                              "profile": "quintic", "durations": ["1 s"]}}).to_yaml()  # fmt: skip
     assert "joint_1" in faults(lambda: planar(motion=there))  # whose speed is not the derivative of its position
@@ -308,6 +312,7 @@ def test_a_load_table_without_an_arm() -> None:
         ({"motion": (TIME, THERE_AND_BACK[:-1])}, "(201,), (200, 2)"),
         ({"motion": (TIME, THERE_AND_BACK[:, :1])}, "q_joint_2"),
         ({"motion": [TIME, THERE_AND_BACK]}, "a list is a cycle"),
+        ({"motion": None, "motions": {"out": 3.0}}, "motions.out: must be (t, q)"),
         ({"motion": (TIME, THERE_AND_BACK + np.nan)}, "finite"),
         ({"arm": "planar-3r"}, "did you mean 'planar-2r'"),
         ({"ambient": np.nan}, "ambient: must be a number"),

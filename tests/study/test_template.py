@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from drivetrain.errors import InputError
 from drivetrain.sizing.search.search import select
 from drivetrain.study.read import load_study
 from drivetrain.study.template import study_template
@@ -98,6 +99,22 @@ def test_every_arm_gets_a_study_that_ends_in_a_verdict(tmp_path: Path, kind: str
 def test_a_hand_is_the_tip_and_not_one_of_its_fingers(tmp_path: Path) -> None:
     text = written(tmp_path, "gripper").read_text(encoding="utf-8")
     assert "\ntip: hand " in text and "joints:\n  default:" in text
+
+
+def test_the_tip_of_several_chains(tmp_path: Path) -> None:
+    """Of two legs the first, down to its fixed foot; or the link that was asked for."""
+    legs = [link("trunk", 9)]
+    for side in ("left", "right"):
+        legs += [link(f"{side}_shank", 2), link(f"{side}_foot", 0.2),
+                 joint(f"{side}_hip", "continuous", f"trunk {side}_shank", "0 0 0", "0 1 0"),
+                 joint(f"{side}_sole", "fixed", f"{side}_shank {side}_foot", "0 0 -0.4")]  # fmt: skip
+    file = tmp_path / "legs.urdf"
+    file.write_text(f'<robot name="legs">{"".join(legs)}</robot>', encoding="utf-8")
+    assert "\ntip: left_foot # the file has several chains; this" in study_template(str(file))
+    asked = study_template(str(file), tip="right_shank")
+    assert "\ntip: right_shank # this link" in asked and "right_hip" in asked
+    with pytest.raises(InputError, match="no such link"):
+        study_template(str(file), tip="tail")
 
 
 def test_a_slide_has_a_screw_and_no_gear(tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ def tip_among_several(model: UrdfModel) -> str | None:
     """
     _, paths = _tree(model, _root(model))
     moving = {link: [joint.name for joint in path if joint.movable] for link, path in paths.items()}
-    longest = max(moving, key=lambda link: len(moving[link]))
+    longest = max(moving, key=lambda link: (len(moving[link]), len(paths[link])))  # a foot that is fixed to the shank
     if all(chain == moving[longest][: len(chain)] for chain in moving.values()):
         return None
     ends = [link for link in paths if all(chain[: len(moving[link])] != moving[link] or chain == moving[link]

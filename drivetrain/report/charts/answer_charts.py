@@ -331,10 +331,14 @@ def sweep_chart(results: pd.DataFrame, names: Sequence[str], label: str) -> Char
         foot = np.full(int((~fits).sum()), 0.03 * (1 + count) * float(np.nanmax(results["objective"])))
         marks.append(Mark("points", x[~fits], foot, colour=colour, size=9, marker="x",
                           tips=[f"{title or 'here'}: no set fits"] * len(foot)))  # fmt: skip
-    scaled = along.startswith(SCALE)
-    over = f"{_short(along)} over the study's [-]" if scaled else f"{_short(along)} [{unit or '-'}]"
+    over = f"{varied_name(along)} [-]" if along.startswith(SCALE) else f"{_short(along)} [{unit or '-'}]"
     most = 1.06 * float(results.loc[results["feasible"], "objective"].max())
     return Chart(f"{label} of every point of the sweep", over, label, marks, y_range=(0.0, most), height=360)
+
+
+def varied_name(name: str) -> str:
+    """Heading of a varied quantity: its place in the study, or what a factor multiplies."""
+    return f"{_short(name)} over the study's" if name.startswith(SCALE) else name
 
 
 def along_axis(results: pd.DataFrame, names: Sequence[str]) -> str:

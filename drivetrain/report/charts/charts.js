@@ -116,8 +116,9 @@ const page = (function () {
       figure.add_layout(new Bokeh.BoxAnnotation({ ...ends, fill_color: ink, fill_alpha: alpha, line_color: null, level: "underlay" }));
     } else if (one.kind === "rule") {
       figure.add_layout(new Bokeh.Span({ dimension: x.length ? "height" : "width", location: x.length ? x[0] : y[0], ...line }));
+      if (label && x.length) figure.tags = [...figure.tags, label]; // one above the other
       if (label) figure.add_layout(new Bokeh.Label({
-        x: x.length ? x[0] : 4, y: x.length ? 4 : y[0], [x.length ? "y_units" : "x_units"]: "screen", x_offset: x.length ? 3 : 0, y_offset: 2,
+        x: x.length ? x[0] : 4, y: x.length ? 16 * figure.tags.length - 12 : y[0], [x.length ? "y_units" : "x_units"]: "screen", x_offset: x.length ? 3 : 0, y_offset: 2,
         text: label, text_font_size: "11px", text_color: ink, background_fill_color: colour("paper"), background_fill_alpha: 0.85 }));
     } else if (one.kind === "text") {
       figure.add_layout(new Bokeh.Label({ x: x[0], y: y[0], x_offset: 6, text_baseline: "middle", text: label, text_font_size: "11px", text_color: ink }));

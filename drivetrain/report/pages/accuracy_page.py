@@ -130,7 +130,7 @@ def _measured(found: AutoChoice, end: End) -> tuple[SheetTable, ...]:
     rows: list[tuple[str, ...]] = []
     for joint, measured in found.proof.measured.items():
         estimated, step = found.proof.estimate[joint], found.proof.numerical[joint]
-        for kind, change in (("estimated", estimated), ("measured", measured), ("of the step", step)):
+        for kind, change in (("estimated", estimated), ("measured", measured), ("error of the step", step)):
             show = _share if kind == "measured" else _bound
             rows.append((joint, kind, *(show(v) for v in change.shares), end.far(abs(change.tip))))
     headings = ("joint", "", *SHOWN[:4], end.name)

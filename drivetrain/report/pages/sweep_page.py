@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from drivetrain.report.charts.answer_charts import OBJECTIVES, sweep_chart
+from drivetrain.report.charts.answer_charts import OBJECTIVES, sweep_chart, varied_name
 from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.words import HEADINGS
@@ -25,8 +25,8 @@ def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> s
     lead = f"{fits} of {len(results)} points fit."
     shown = results.head(MOST_ROWS)
     headings = (
-        *names, "verdict", HEADINGS.get(study.objective, "objective"), "highest utilisation", "nearest limit",
-        "drives or what is wrong",
+        *map(varied_name, names), "verdict", HEADINGS.get(study.objective, "objective"), "highest utilisation",
+        "nearest limit", "drives or what is wrong",
     )  # fmt: skip
     numeric = (len(names) + 1, len(names) + 2)
     table = SheetTable(headings, _rows(shown, names), numeric=numeric)

@@ -278,7 +278,8 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
         elif not chosen:
             ledger.fault(place, "acts at the output: only brakes at the motor's shaft are checked", key)
     if chosen and not found and not ledger.spoiled(("catalogs",)):
-        ledger.fault(place, f"no brake of the catalogue acts at the motor and has {', '.join(_BRAKE_NEEDS)}")
+        problem = f"no brake of the catalogue acts at the motor and has {', '.join(_BRAKE_NEEDS)}"
+        ledger.fault(place, problem, hint="give it a row under `brakes`, or add `shipped` to `catalogs`")
     text = (
         f"brakes: {len(found)} of {len(keys)} considered, the others lack {', '.join(_BRAKE_NEEDS).replace('_', ' ')}"
     )
