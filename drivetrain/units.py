@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -152,6 +152,7 @@ BACK_EMF = (  # hint if a torque constant is given in V/krpm
     "of a brushless one (1.414 times the rms value)"
 )
 Interval = tuple[float | None, float | None]
+TO_CELSIUS = {"degC": (1.0, 0.0), "K": (1.0, -273.15), "degF": (5.0 / 9.0, -160.0 / 9.0)}  # factor and offset
 LARGEST_IN_SECONDS = 9000.0  # 2.5 h: shorter times are shown in seconds
 
 
@@ -218,19 +219,12 @@ def _called(unit: _Unit) -> str:
     return f"an {name}" if name[0] in "aeio" else f"a {name}"
 
 
-def _celsius(text: str) -> tuple[float, float] | None:
-    """Factor and offset from a temperature to degrees Celsius; None if the unit is not a plain temperature."""
-    known = {"degC": (1.0, 0.0), "K": (1.0, -273.15), "degF": (5.0 / 9.0, -160.0 / 9.0)}
-    return known.get(_unit(text).text)
-
-
 def _conversion(text: str, unit: str) -> tuple[float, float]:
     """Factor and offset from a unit text to the SI unit ``unit``; raises ``NotAUnitError`` if dimensions differ."""
     found, wanted = _unit(text), _unit(unit)
     if wanted.text == "degC":
-        reading = _celsius(text)
-        if reading is not None:
-            return reading
+        if found.text in TO_CELSIUS:
+            return TO_CELSIUS[found.text]
     elif wanted.text == "K" and found.text in ("degC", "degF"):
         raise NotAUnitError("must be a difference of temperatures", "write it in K")
     elif found.dimension == wanted.dimension or _radian_left_out(found, wanted):
@@ -491,14 +485,18 @@ class Vector(Reader):
         return {"anyOf": [{"type": "string"}, listed], "description": words}
 
 
-class _Names(Reader):
-    """One name or a list of names, read as a tuple; a number is read as text."""
+@dataclass(frozen=True, eq=False)
+class Function(Reader):
+    """A value that a function reads."""
 
-    def read(self, value: Any) -> tuple[str, ...]:
-        return read_names(value)
+    function: Callable[[Any], Any]  # raises ``InputError``
+    schema: dict[str, Any]  # JSON schema of accepted values
+
+    def read(self, value: Any) -> Any:
+        return self.function(value)
 
     def json_schema(self) -> dict[str, Any]:
-        return {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+        return self.schema
 
 
 def read_names(value: Any) -> tuple[str, ...]:
@@ -513,18 +511,9 @@ def read_name(value: Any) -> str:
     return str(value).strip()
 
 
-class _Name(Reader):
-    """One name."""
-
-    def read(self, value: Any) -> str:
-        return read_name(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        return {"type": "string"}
-
-
-Name = Annotated[str, _Name()]
-Names = Annotated[tuple[str, ...], _Names()]
+TEXT = {"type": "string"}
+Name = Annotated[str, Function(read_name, TEXT)]
+Names = Annotated[tuple[str, ...], Function(read_names, {"anyOf": [TEXT, {"type": "array", "items": TEXT}]})]
 
 Capacitance = Annotated[float, Quantity("F", above=0.0)]
 Current = Annotated[float, Quantity("A", above=0.0)]

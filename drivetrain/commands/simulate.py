@@ -270,19 +270,14 @@ def _share(text: str) -> Iterator[Callable[[float], None]]:
 
 def _options(study: Simulation, given: Mapping[str, str | None]) -> Simulation:
     """The study's simulation options with those of the command line over them; None: the study's value."""
-    from drivetrain.errors import Faults, nearest
-    from drivetrain.study.parts.simulation import KNOWN_EFFECTS
+    from drivetrain.errors import Faults
+    from drivetrain.study.parts.simulation import read_effects
 
     faults = Faults()
     changes: dict[str, Any] = {}
     if (effects := given["effects"]) is not None:
-        names = tuple(name.strip() for name in effects.split(",") if name.strip())
-        words = ("auto", "all", "none")
-        for name in names:
-            if name not in KNOWN_EFFECTS and not (name in words and len(names) == 1):
-                hint = nearest(name, [*KNOWN_EFFECTS, *words]) or ", ".join(KNOWN_EFFECTS)
-                faults.add("--effects", "is no effect of a study", name, hint)
-        changes["effects"] = () if names == ("none",) else names
+        names = [name.strip() for name in effects.split(",") if name.strip()]
+        changes["effects"] = faults.attempt(read_effects, names[0] if len(names) == 1 else names, "--effects")
     if (solver := given["solver"]) is not None:
         if solver not in ("fixed", "adaptive", "inverse"):
             faults.add("--solver", "is for arms; a study takes fixed, adaptive or inverse", solver)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import copy
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, get_args
@@ -84,7 +84,8 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
     context = details.get("ctx", {})
     kind, found = details["type"], details["input"]
     if kind == "unknown":
-        return [_unknown(document, place, name, context["known"]) for name in context["unknown"]]
+        hints = {(*place, name): _meant(name, context["known"]) for name in context["unknown"]}
+        return [(inner, document.fault(inner, "is not known here", hint=hint)) for inner, hint in hints.items()]
     if kind == "missing":
         return [(place, document.fault(place, "is missing", hint=_choices(place)))]
     if isinstance(context.get("error"), InputError):  # an entry has one place, so its faults are reported as one
@@ -93,17 +94,12 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
         shown = _shown(found) if first.value is None else first.value
         return [(place, document.fault(place, problem, shown, first.hint))]
     if kind in ("literal_error", "enum"):
-        allowed = re.findall(r"'([^']*)'|(\d+)", context["expected"])
-        names = [word or number for word, number in allowed]
-        problem = f"must be {context['expected']}"
-        return [(place, document.fault(place, problem, _shown(found), _near(str(found), names)))]
+        names = [word or number for word, number in re.findall(r"'([^']*)'|(\d+)", context["expected"])]
+        hint = nearest(str(found), names)
+        hint = hint if hint.startswith("did you mean") else ""  # the problem already lists all of them
+        return [(place, document.fault(place, f"must be {context['expected']}", _shown(found), hint))]
     words = _WORDS.get(kind, details["msg"][:1].lower() + details["msg"][1:])
     return [(place, document.fault(place, words, _shown(found)))]
-
-
-def _unknown(document: Document, place: Place, name: str, known: list[str]) -> tuple[Place, Fault]:
-    inner = (*place, name)
-    return inner, document.fault(inner, "is not known here", hint=_meant(name, known))
 
 
 def _meant(name: str, known: Iterable[str]) -> str:
@@ -117,12 +113,6 @@ def _choices(place: Place) -> str:
     columns = _SHEETS[str(place[0])].model_fields if place[0] in _SHEETS else {}
     words = get_args(columns[str(place[-1])].annotation) if place[-1] in columns else ()
     return " or ".join(words) if all(isinstance(word, str) for word in words) else ""
-
-
-def _near(found: str, names: list[str]) -> str:
-    """The nearest allowed word as a hint; empty if none is near, since the problem already lists all of them."""
-    hint = nearest(found, names)
-    return hint if hint.startswith("did you mean") else ""
 
 
 def _shown(found: object) -> object:
@@ -167,6 +157,12 @@ class Ledger:
         if not self.spoiled(place):
             self.faults.append(self.document.fault(place, problem, value, hint))
             self.faulty.add(place)
+
+    def known(self, place: Place, problem: str, name: str, names: Collection[str]) -> bool:
+        """Whether a name is one of the known ones; if not, a fault with the nearest of them is added."""
+        if name not in names:
+            self.fault(place, problem, name, nearest(name, names))
+        return name in names
 
     def note(self, notes: Iterable[str]) -> None:
         """Add remarks for the report."""

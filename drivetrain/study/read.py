@@ -127,9 +127,7 @@ def resolve_wanted(form: StudyForm, names: Sequence[str], ledger: Ledger) -> Sel
     weights = {objective: 1.0} if isinstance(objective, str) else {name: getattr(objective, name) for name in TERMS}
     for index, group in enumerate(chosen.same_family if names else ()):
         for name in group:
-            if name not in names:
-                place = ("selection", "same_family", index)
-                ledger.fault(place, "is no joint", name, nearest(name, names))
+            ledger.known(("selection", "same_family", index), "is no joint", name, names)
     options: SelectionOptions = made(chosen)
     return replace(options, weights=tuple((name, weight) for name, weight in weights.items() if weight > 0.0))
 
@@ -177,8 +175,7 @@ def resolve_simulation(form: StudyForm, joints: Sequence[str], ledger: Ledger) -
 def _named(entries: Mapping[str, T], joints: Sequence[str], what: str, ledger: Ledger) -> dict[str, T]:
     known = [*joints, DEFAULT]
     for name in entries if joints else ():
-        if name not in known:
-            ledger.fault(("simulation", what, name), "names a joint that is not there", name, nearest(name, known))
+        ledger.known(("simulation", what, name), "names a joint that is not there", name, known)
     base, found = entries.get(DEFAULT), dict[str, T]()
     for name in joints:
         own = entries.get(name, base)
@@ -238,11 +235,8 @@ def study_digest(form: StudyForm, document: Document) -> str:
     for folder in catalog_folders(form, document.folder):
         files += sorted(folder.glob("*.csv")) if folder.is_dir() else [folder]
     digest = hashlib.sha256()
-    for content in (
-        document.content,
-        ASSUMPTIONS.read_bytes(),
-        *(file.read_bytes() for file in files if file.is_file()),
-    ):
+    contents = (file.read_bytes() for file in files if file.is_file())
+    for content in (document.content, ASSUMPTIONS.read_bytes(), *contents):
         digest.update(len(content).to_bytes(8, "big"))  # separates the files in the digest
         digest.update(content)
     return digest.hexdigest()

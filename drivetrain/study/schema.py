@@ -51,6 +51,12 @@ from drivetrain.study.parts.tolerances import Tolerances
 SCHEMA_VERSION = 1
 DEFAULT = "default"  # the entry of `joints` and of `motions` with values for all entries that state none
 
+
+def about(description: str, default: Any = None) -> Any:
+    """A field with a description, which a file may leave out."""
+    return Field(default=default, description=description)
+
+
 MountEntry = Annotated[Mount, AsForm(without=("joint",))]
 
 
@@ -58,23 +64,20 @@ class ArmForm(Form):
     """The arm: the name of a built-in one or a .urdf or .xacro file; or a table of DH parameters."""
 
     source: f.Name | None = None
-    dh: f.Name | None = Field(default=None, description="CSV file of DH parameters")
+    dh: f.Name | None = about("CSV file of DH parameters")
     convention: Literal["classic", "modified"] | None = None
-    from_screws: dict[str, Any] | None = Field(
-        default=None, description="bare numbers in SI by the names of Arm.from_screws: home, screws, masses, inertias"
+    from_screws: dict[str, Any] | None = about(
+        "bare numbers in SI by the names of Arm.from_screws: home, screws, masses, inertias"
     )
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
         if sum(one is not None for one in (self.source, self.dh, self.from_screws)) != 1:
-            raise f.refused(
-                "must be a built-in arm, a .urdf file, {dh: table.csv, convention: classic}, or {from_screws: {...}}"
-            )
+            known = "a built-in arm, a .urdf file, {dh: table.csv, convention: classic}, or {from_screws: {...}}"
+            raise f.refused(f"must be {known}")
         if self.dh is not None and self.convention is None:
-            raise f.refused(
-                "a DH table needs its convention: classic or modified",
-                "classic (Paul) puts frame i at the far end of link i, modified (Craig) at its joint",
-            )
+            hint = "classic (Paul) puts frame i at the far end of link i, modified (Craig) at its joint"
+            raise f.refused("a DH table needs its convention: classic or modified", hint)
         return self
 
     @classmethod
@@ -101,6 +104,7 @@ class InertiaForm(Form):
 
 
 Point = Annotated[tuple[float, float, float], f.Vector("m")]
+Angles = Annotated[tuple[float, float, float], f.Vector("rad")]
 
 
 class PayloadForm(form_of(Payload, without=("name",))):  # type: ignore[misc]
@@ -124,12 +128,8 @@ class PoseForm(Form):
     """Position and orientation of the tool in the base frame; without a rotation it keeps the orientation before."""
 
     position: Point
-    rpy: Annotated[tuple[float, float, float], f.Vector("rad")] | None = Field(
-        default=None, description="roll, pitch, yaw about the base's x, y, z, as in a URDF"
-    )
-    quaternion: Annotated[list[Pure], Field(min_length=4, max_length=4)] | None = Field(
-        default=None, description="w, x, y, z"
-    )
+    rpy: Angles | None = about("roll, pitch, yaw about the base's x, y, z, as in a URDF")
+    quaternion: Annotated[list[Pure], Field(min_length=4, max_length=4)] | None = about("w, x, y, z")
     axis_angle: AxisAngleForm | None = None
 
     @model_validator(mode="after")
@@ -146,10 +146,10 @@ class PoseForm(Form):
 class MoveForm(form_of(Move, without=("kind", "target"))):  # type: ignore[misc]
     """One move: to joint positions, to a pose with the joints in step, or of the tool along a line or a circle."""
 
-    joints: list[Any] | None = Field(default=None, description="one value a joint")
+    joints: list[Any] | None = about("one value a joint")
     to: PoseForm | None = None
     line: PoseForm | None = None
-    circle: PoseForm | None = Field(default=None, description="the end of an arc that passes `via`")
+    circle: PoseForm | None = about("the end of an arc that passes `via`")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -161,9 +161,7 @@ class MoveForm(form_of(Move, without=("kind", "target"))):  # type: ignore[misc]
 class ToolForm(form_of(ToolLimits)):  # type: ignore[misc]
     """Limits of the tool along lines and circles, and its pose on the arm's tip."""
 
-    at: PoseForm | None = Field(
-        default=None, description="the tool's frame in the tip frame; default: the tip frame itself"
-    )
+    at: PoseForm | None = about("the tool's frame in the tip frame; default: the tip frame itself")
 
 
 class MotionForm(Form):
@@ -172,28 +170,23 @@ class MotionForm(Form):
     The entry `default` is not a motion: its values apply to every motion with waypoints or moves that states no own.
     """
 
-    file: f.Name | None = Field(default=None, description="CSV file of joint positions over time")
-    smoothing: Annotated[float, f.Quantity("s", minimum=0.0)] | None = Field(
-        default=None,
-        description="smoothing window for differentiating the file; 0 s: none; default: from the file's resolution",
+    file: f.Name | None = about("CSV file of joint positions over time")
+    smoothing: Annotated[float, f.Quantity("s", minimum=0.0)] | None = about(
+        "smoothing window for differentiating the file; 0 s: none; default: from the file's resolution"
     )
-    table: f.Name | None = Field(default=None, description="CSV file of torque and speed over time, without an arm")
-    samples: str | None = Field(default=None, description="the lines of such a CSV file, instead of its name")
-    waypoints: list[Any] | None = Field(default=None, description="one row a waypoint, one value a joint")
-    start: list[Any] | None = Field(default=None, description="joint positions before the first of `moves`")
-    moves: list[MoveForm] | None = Field(default=None, description="moves of joints and tool, in their order")
-    tool: ToolForm | None = Field(default=None, description="limits of the tool along lines and circles")
-    unit: f.Names | None = Field(
-        default=None, description="unit of bare numbers in waypoints, start and joints: one for all, or one per joint"
-    )
+    table: f.Name | None = about("CSV file of torque and speed over time, without an arm")
+    samples: str | None = about("the lines of such a CSV file, instead of its name")
+    waypoints: list[Any] | None = about("one row a waypoint, one value a joint")
+    start: list[Any] | None = about("joint positions before the first of `moves`")
+    moves: list[MoveForm] | None = about("moves of joints and tool, in their order")
+    tool: ToolForm | None = about("limits of the tool along lines and circles")
+    unit: f.Names | None = about("unit of bare numbers in waypoints, start and joints: one for all, or one per joint")
     profile: Literal["trapezoid", "quintic", "s_curve"] | None = None
-    speed: Any = Field(default=None, description="largest speed, for all joints or one each")
-    acceleration: Any = Field(default=None, description="largest acceleration, for all joints or one each")
-    jerk: Any = Field(default=None, description="largest jerk, for all joints or one each")
-    durations: list[f.Duration] | None = Field(
-        default=None, description="duration of each move; default: the shortest allowed"
-    )
-    dwell: Any = Field(default=None, description="rest at each waypoint, one for all or a list")
+    speed: Any = about("largest speed, for all joints or one each")
+    acceleration: Any = about("largest acceleration, for all joints or one each")
+    jerk: Any = about("largest jerk, for all joints or one each")
+    durations: list[f.Duration] | None = about("duration of each move; default: the shortest allowed")
+    dwell: Any = about("rest at each waypoint, one for all or a list")
 
 
 class HeaveForm(form_of(Swing)):  # type: ignore[misc]
@@ -211,9 +204,7 @@ class SwingForm(form_of(Swing)):  # type: ignore[misc]
 class BaseForm(Form):
     """Given motion of the arm's base during the cycle: a motion of six joints, or harmonic swings as on a ship."""
 
-    motion: MotionForm | None = Field(
-        default=None, description="motion of the joints base_x, base_y, base_z, base_yaw, base_pitch, base_roll"
-    )
+    motion: MotionForm | None = about("motion of the joints base_x, base_y, base_z, base_yaw, base_pitch, base_roll")
     x: HeaveForm | None = None
     y: HeaveForm | None = None
     z: HeaveForm | None = None
@@ -243,12 +234,11 @@ class CycleForm(form_of(Step, without=("name",))):  # type: ignore[misc]
 class MixForm(Form):
     """One part of a mix: a cycle that repeats by itself, and its share of the time of use."""
 
-    name: f.Name | None = Field(default=None, description="name in reports; default: part 1 and so on")
+    name: f.Name | None = about("name in reports; default: part 1 and so on")
     share: f.Share = Field(description="share of the time of use; all parts together 100 %")
     cycle: Annotated[list[CycleForm], Field(min_length=1)]
 
 
-Turns = Annotated[float, f.Quantity("")]
 _WANTS = {"differential": "turns", "belt": "passes"}
 
 
@@ -260,21 +250,18 @@ class CouplingForm(Form):
     """
 
     joints: f.Names = Field(description="from the base towards the tip; their drives turn the shafts, in this order")
-    type: Literal["differential", "belt"] | None = Field(
-        default=None,
-        description="differential: two shafts drive the first joint by turning together, the second by turning against "
-        "each other; belt: all motors sit before the first joint, and drive theirs over wheels on the axes between",
+    type: Literal["differential", "belt"] | None = about(
+        "differential: two shafts drive the first joint by turning together, the second by turning against "
+        "each other; belt: all motors sit before the first joint, and drive theirs over wheels on the axes between"
     )
-    turns: list[Turns] | None = Field(
-        default=None,
-        description="differential: turns of a shaft per turn of the first and of the second joint; default 1, 1",
+    turns: list[Pure] | None = about(
+        "differential: turns of a shaft per turn of the first and of the second joint; default 1, 1"
     )
-    passes: list[Turns] | None = Field(
-        default=None,
-        description="belt: output per input turn of the wheel on each axis but the last; -1: reversed; default 1 each",
+    passes: list[Pure] | None = about(
+        "belt: output per input turn of the wheel on each axis but the last; -1: reversed; default 1 each"
     )
-    matrix: list[list[Turns]] | None = Field(
-        default=None, description="instead of a type: row i holds the turns of shaft i per turn of each joint"
+    matrix: list[list[Pure]] | None = about(
+        "instead of a type: row i holds the turns of shaft i per turn of each joint"
     )
 
     @model_validator(mode="after")
@@ -292,7 +279,7 @@ class AxisForm(form_of(LoopLink, without=("slides", "driven", "lower", "upper", 
     """A body and the joint that connects it to the body before it; in the base frame, all joints at zero."""
 
     kind: Literal["revolute", "prismatic"] = "revolute"
-    inertia: InertiaForm | None = Field(default=None, description="about the centre of mass, in axes of the base")
+    inertia: InertiaForm | None = about("about the centre of mass, in axes of the base")
 
     def made(self, **more: Any) -> LoopLink:
         link: LoopLink = super().made(slides=self.kind == "prismatic", **more)
@@ -302,24 +289,23 @@ class AxisForm(form_of(LoopLink, without=("slides", "driven", "lower", "upper", 
 class LoopLinkForm(AxisForm):
     """A body of a linkage and the joint that connects it to the body before it; in the base frame, joints at zero."""
 
-    driven: bool = Field(default=False, description="whether the joint has a drive")
+    driven: bool = about("whether the joint has a drive", False)
 
 
 class ExternalAxesForm(Form):
     """Driven axes that carry the arm, such as a track or a turntable, as its first joints; in the ground frame."""
 
     links: list[AxisForm] = Field(min_length=1, description="the body that each axis moves, from the ground upwards")
-    point: Point = Field(default=(0.0, 0.0, 0.0), description="position of the arm's base, all joints at zero")
-    rpy: Annotated[tuple[float, float, float], f.Vector("rad")] = Field(
-        default=(0.0, 0.0, 0.0),
-        description="orientation of the arm's base: roll, pitch, yaw about the fixed axes of the ground",
+    point: Point = about("position of the arm's base, all joints at zero", (0.0, 0.0, 0.0))
+    rpy: Angles = about(
+        "orientation of the arm's base: roll, pitch, yaw about the fixed axes of the ground", (0.0, 0.0, 0.0)
     )
 
 
 class ClosureForm(form_of(Closure)):  # type: ignore[misc]
     """A linkage between two links of the arm, which closes a loop; without links of its own, a pin between the two."""
 
-    start: f.Name = Field(default=BASE, description="link or joint of the arm to which the first link is connected")
+    start: f.Name = about("link or joint of the arm to which the first link is connected", BASE)
     links: list[LoopLinkForm] = Field(default_factory=list, description="links of the linkage, beginning at `start`")
 
 
@@ -339,22 +325,16 @@ class AmplifierForm(form_of(Amplifier, without=("price", "key", "source"))):  # 
     """Limits of an amplifier; current_basis states whether its currents are dc, rms or peak values of a sine."""
 
     current_basis: CurrentBasis | None = None
-    modulation: f.Efficiency | None = Field(
-        default=None, description="largest share of the supply voltage at the terminals"
-    )
+    modulation: f.Efficiency | None = about("largest share of the supply voltage at the terminals")
 
 
-class _Part(f.Reader):
+def _parts(value: Any) -> tuple[str, ...] | bool:
     """Keys of parts of the catalogue; true: all of them, false: none."""
-
-    def read(self, value: Any) -> tuple[str, ...] | bool:
-        return value if isinstance(value, bool) else f.read_names(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        return {"anyOf": [{"type": "boolean"}, {"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+    return value if isinstance(value, bool) else f.read_names(value)
 
 
-Parts = Annotated[tuple[str, ...] | bool, _Part()]
+_PARTS = {"anyOf": [{"type": "boolean"}, f.TEXT, {"type": "array", "items": f.TEXT}]}
+Parts = Annotated[tuple[str, ...] | bool, f.Function(_parts, _PARTS)]
 
 
 class JointForm(Form):
@@ -362,53 +342,44 @@ class JointForm(Form):
 
     drive: DriveForm | None = None
     candidates: CandidatesForm | None = None
-    free_ratio: FreeRatioForm | None = Field(default=None, description="for `drivetrain free-ratio`")
+    free_ratio: FreeRatioForm | None = about("for `drivetrain free-ratio`")
     mount: MountEntry = Field(default_factory=Mount)
     contained: ContainedForm | None = None
     friction: Entry[Friction] = Friction()
-    stages: tuple[Entry[Stage], ...] = Field(
-        default=(), description="stages between gear and joint, in order: screw, belt, rack, worm, gear"
+    stages: tuple[Entry[Stage], ...] = about(
+        "stages between gear and joint, in order: screw, belt, rack, worm, gear", ()
     )
-    motors: Literal[1, 2] = Field(default=1, description="2: two equal drives on the axis, each with half of the load")
-    preload: Annotated[float, f.Quantity("N m", minimum=0.0)] | None = Field(
-        default=None,
-        description="with two motors: torque by which one exceeds half of the load and the other falls below it, "
-        "so that backlash is closed",
+    motors: Literal[1, 2] = about("2: two equal drives on the axis, each with half of the load", 1)
+    preload: Annotated[float, f.Quantity("N m", minimum=0.0)] | None = about(
+        "with two motors: torque by which one exceeds half of the load and the other falls below it, "
+        "so that backlash is closed"
     )
-    counterbalances: tuple[Entry[Counterbalance], ...] = Field(
-        default=(),
-        description="springs, gas springs and biases: torques on the link that depend on the joint angle alone",
+    counterbalances: tuple[Entry[Counterbalance], ...] = about(
+        "springs, gas springs and biases: torques on the link that depend on the joint angle alone", ()
     )
-    motor_friction: Entry[Friction] | None = Field(
-        default=None, description="friction at the motor shaft; replaces that of the motor's no-load data"
+    motor_friction: Entry[Friction] | None = about(
+        "friction at the motor shaft; replaces that of the motor's no-load data"
     )
-    amplifier: Annotated[Parts | AmplifierForm, Shaped(dict | AmplifierForm)] = Field(
-        default=AmplifierForm(),
-        description="limits of the amplifier; or a key, several keys, or true: any of the catalogue",
+    amplifier: Annotated[Parts | AmplifierForm, Shaped(dict | AmplifierForm)] = about(
+        "limits of the amplifier; or a key, several keys, or true: any of the catalogue", AmplifierForm()
     )
-    travel_per_turn: Annotated[float, f.Quantity("m/rad")] | None = Field(
-        default=None, description="prismatic joints: travel per turn of the gear"
+    travel_per_turn: Annotated[float, f.Quantity("m/rad")] | None = about(
+        "prismatic joints: travel per turn of the gear"
     )
-    housing_to_ambient: f.ThermalResistance | None = Field(
-        default=None, description="thermal resistance from the motor's housing to ambient in the real mounting"
+    housing_to_ambient: f.ThermalResistance | None = about(
+        "thermal resistance from the motor's housing to ambient in the real mounting"
     )
-    amplifier_heat: f.Share = Field(
-        default=0.0, description="share of the amplifier's loss that warms the motor's housing; 0 %: mounted elsewhere"
+    amplifier_heat: f.Share = about(
+        "share of the amplifier's loss that warms the motor's housing; 0 %: mounted elsewhere", 0.0
     )
-    gear_heat: f.Share | None = Field(
-        default=None, description="share of the gear's loss that warms the motor's housing; default: the study's"
+    gear_heat: f.Share | None = about("share of the gear's loss that warms the motor's housing; default: the study's")
+    output_bearing: Literal["gear", "external"] = about(
+        "what supports tilting moment and forces of the joint: the gear's own bearing, or another one", "gear"
     )
-    output_bearing: Literal["gear", "external"] = Field(
-        default="gear",
-        description="what supports tilting moment and forces of the joint: the gear's own bearing, or another one",
-    )
-    stop: Entry[Stop] | None = Field(default=None, description="values of the study's stop that differ at this joint")
-    brake: Parts = Field(
-        default=False, description="holding brake at the motor: a key, several keys, or true: any of the catalogue"
-    )
-    load_inertia: f.Inertia | None = Field(
-        default=None,
-        description="without an arm: inertia at the gear's output, whose torque the load table already includes",
+    stop: Entry[Stop] | None = about("values of the study's stop that differ at this joint")
+    brake: Parts = about("holding brake at the motor: a key, several keys, or true: any of the catalogue", False)
+    load_inertia: f.Inertia | None = about(
+        "without an arm: inertia at the gear's output, whose torque the load table already includes"
     )
 
 
@@ -425,9 +396,9 @@ Weight = Annotated[float, f.Quantity("", minimum=0.0)]
 class WeightsForm(Form):
     """Weights of a weighted objective, as pure numbers."""
 
-    mass: Weight = Field(default=0.0, description="weight of one kilogram of motors and gears")
-    price: Weight = Field(default=0.0, description="weight of one unit of the catalogue's price")
-    energy: Weight = Field(default=0.0, description="weight of one joule per cycle")
+    mass: Weight = about("weight of one kilogram of motors and gears", 0.0)
+    price: Weight = about("weight of one unit of the catalogue's price", 0.0)
+    energy: Weight = about("weight of one joule per cycle", 0.0)
 
     @model_validator(mode="after")
     def _something_counts(self) -> Self:
@@ -436,26 +407,9 @@ class WeightsForm(Form):
         return self
 
 
-class _Criterion(f.Reader):
-    """A criterion that sets are compared by."""
-
-    def read(self, value: Any) -> str:
-        return read_criterion(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        return {"type": "string", "enum": list(CRITERIA)}
-
-
-class _Curve(f.Reader):
-    """A curve: the quantity that is varied, and optionally its range."""
-
-    def read(self, value: Any) -> CurveWanted:
-        return read_curve(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        span = {"type": "string", "description": "a range such as 0 kg..8 kg"}
-        mapping = {"type": "object", "properties": dict.fromkeys(UNITS, span), "maxProperties": 1}
-        return {"anyOf": [{"type": "string", "enum": list(UNITS)}, {"type": "string"}, mapping]}
+_SPAN = {"type": "string", "description": "a range such as 0 kg..8 kg"}
+_MAPPING = {"type": "object", "properties": dict.fromkeys(UNITS, _SPAN), "maxProperties": 1}
+_CURVE = {"anyOf": [{"type": "string", "enum": list(UNITS)}, f.TEXT, _MAPPING]}
 
 
 def _listed(value: Any) -> Any:
@@ -465,17 +419,16 @@ def _listed(value: Any) -> Any:
     return value
 
 
-Criteria = Annotated[tuple[Annotated[str, _Criterion()], ...], BeforeValidator(_listed)]
-Curves = Annotated[tuple[Annotated[CurveWanted, _Curve()], ...], BeforeValidator(_listed)]
+Criterion = Annotated[str, f.Function(read_criterion, {"type": "string", "enum": list(CRITERIA)})]
+Criteria = Annotated[tuple[Criterion, ...], BeforeValidator(_listed)]
+Curves = Annotated[tuple[Annotated[CurveWanted, f.Function(read_curve, _CURVE)], ...], BeforeValidator(_listed)]
 
 
 class SelectionForm(form_of(SelectionOptions, without=("weights",))):  # type: ignore[misc]
     """Constraints and time limit of a selection, and what is reported besides the best set."""
 
-    front: Criteria = Field(default=(), description="criteria of a Pareto front in the report, such as [mass, energy]")
-    curves: Curves = Field(
-        default=(), description="curves of the best drives over payload, cycle_time, voltage or ambient in the report"
-    )
+    front: Criteria = about("criteria of a Pareto front in the report, such as [mass, energy]", ())
+    curves: Curves = about("curves of the best drives over payload, cycle_time, voltage or ambient in the report", ())
 
 
 def _arm(value: Any) -> Any:
@@ -497,44 +450,37 @@ class StudyForm(Form):
     name: f.Name | None = None
     description: str = ""
     arm: Annotated[ArmForm | None, BeforeValidator(_arm)] = None
-    tip: f.Name | None = Field(default=None, description="link of the arm's file that carries the payload")
-    gravity: Annotated[tuple[float, float, float], f.Vector("m/s^2")] | None = Field(
-        default=None, description="gravitational acceleration in the base frame; default [0, 0, -9.81] m/s^2"
+    tip: f.Name | None = about("link of the arm's file that carries the payload")
+    gravity: Annotated[tuple[float, float, float], f.Vector("m/s^2")] | None = about(
+        "gravitational acceleration in the base frame; default [0, 0, -9.81] m/s^2"
     )
-    external_axes: ExternalAxesForm | None = Field(default=None, description="a track or a turntable under the arm")
+    external_axes: ExternalAxesForm | None = about("a track or a turntable under the arm")
     coupling: list[CouplingForm] = Field(
         default_factory=list, description="joints whose motors drive them together (differentials, belts)"
     )
     closures: list[ClosureForm] = Field(default_factory=list, description="linkages that close loops in the arm")
-    passive: f.Names = Field(default=(), description="joints of the arm that have no drive and follow the closures")
-    base: BaseForm | None = Field(default=None, description="given motion of the arm's base")
+    passive: f.Names = about("joints of the arm that have no drive and follow the closures", ())
+    base: BaseForm | None = about("given motion of the arm's base")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
     motions: dict[str, MotionForm]
     cycle: list[CycleForm] | None = None
-    mix: list[MixForm] | None = Field(
-        default=None, description="instead of cycle: several cycles, each with its share of the time of use"
-    )
-    open_cycle: bool = Field(default=False, description="true: the task need not end where it starts")
+    mix: list[MixForm] | None = about("instead of cycle: several cycles, each with its share of the time of use")
+    open_cycle: bool = about("true: the task need not end where it starts", False)
     supply: Entry[Supply]
     amplifier: AmplifierForm = AmplifierForm()
     ambient: f.Temperature = 25.0
     safety: Entry[Safety] = Safety()
-    holding: Literal["least", "lossless", "most"] = Field(
-        default="lossless",
-        description="motor torque used for heating while mesh friction of a gear helps to hold a load at rest",
+    holding: Literal["least", "lossless", "most"] = about(
+        "motor torque used for heating while mesh friction of a gear helps to hold a load at rest", "lossless"
     )
     stop: Entry[Stop] = Stop()
-    gear_heat: f.Share = Field(
-        default=1.0, description="share of each gear's loss that warms its motor's housing; 0 %: mounted elsewhere"
+    gear_heat: f.Share = about("share of each gear's loss that warms its motor's housing; 0 %: mounted elsewhere", 1.0)
+    gear_temperature: f.Temperature | None = about(
+        "temperature at which the gears' drag is computed; default: 20 degC, or the ambient if colder"
     )
-    gear_temperature: f.Temperature | None = Field(
-        default=None,
-        description="temperature at which the gears' drag is computed; default: 20 degC, or the ambient if colder",
-    )
-    cold_start: f.Temperature | None = Field(
-        default=None,
-        description="temperature of gears and motors at which torque, current and voltage of a cold start are checked",
+    cold_start: f.Temperature | None = about(
+        "temperature of gears and motors at which torque, current and voltage of a cold start are checked"
     )
     stiffness: Entry[StiffnessWish] = StiffnessWish()
     objective: Annotated[Literal["mass", "price", "energy"] | WeightsForm, Shaped(dict | WeightsForm)] = "mass"
@@ -545,8 +491,8 @@ class StudyForm(Form):
     brakes: dict[str, BrakeRow] = Field(default_factory=dict)
     joints: dict[str, JointForm]
     assumptions: AssumptionsForm = AssumptionsForm()
-    prices: Annotated[Prices, AsForm(needed=("currency",))] | None = Field(
-        default=None, description="currency of all prices; parts without one take theirs from prices.csv"
+    prices: Annotated[Prices, AsForm(needed=("currency",))] | None = about(
+        "currency of all prices; parts without one take theirs from prices.csv"
     )
     tolerances: Entry[Tolerances] = Tolerances()
     simulation: Entry[Simulation] = Simulation()

@@ -56,7 +56,10 @@ def plain(value: Any, place: str) -> Any:
 def written(document: Document, place: Path = Path()) -> str:
     """The text of a study file at ``place``; names of other files become relative to that folder (default: cwd)."""
     data = copy.deepcopy(document.data)
-    _relocate(data, document.folder, place)
+    for at in file_places(data):
+        name = entry_at(data, at)
+        if not Path(name).is_absolute():
+            entry_at(data, at[:-1])[at[-1]] = os.path.relpath(document.folder / name, place)
     ordered = {name: data[name] for name in ("schema_version", "name") if name in data} | data
     return yaml.dump(_with_units(ordered), Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=120)
 
@@ -94,14 +97,6 @@ def file_places(data: Mapping[str, Any]) -> Iterator[Place]:
 
 def entry_at(data: Any, place: Place) -> Any:
     return reduce(getitem, place, data)
-
-
-def _relocate(data: dict[str, Any], folder: Path, place: Path) -> None:
-    """Make the file names of a study, which are relative to its folder, relative to another folder."""
-    for at in file_places(data):
-        name = entry_at(data, at)
-        if not Path(name).is_absolute():
-            entry_at(data, at[:-1])[at[-1]] = os.path.relpath(folder / name, place)
 
 
 class _Dumper(yaml.SafeDumper):
@@ -165,10 +160,8 @@ def _joints(root: yaml.MappingNode, drives: Mapping[str, Mapping[str, str]], fil
     joints = next(value for key, value in root.value if key.value == "joints")
     own, fresh = _entries(joints), []
     if any(value.start_mark.index < key.start_mark.index for key, value in joints.value):
-        hint = "write each joint's entry out"
-        raise InputError(
-            Fault("joints", "is written with anchors, which cannot be changed one by one", hint=hint, file=file)
-        )
+        problem, hint = "is written with anchors, which cannot be changed one by one", "write each joint's entry out"
+        raise InputError(Fault("joints", problem, hint=hint, file=file))
     for name, keys in drives.items():
         named = {part: scalar(key) for part, key in keys.items() if part not in ("motor", "gear")}
         if "motor" in keys:

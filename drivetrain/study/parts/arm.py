@@ -166,8 +166,7 @@ def _joints(entry: CouplingForm, arm: Arm, taken: set[str], ledger: Ledger, plac
     """Indices of the joints of one entry; None after a fault."""
     known = True
     for name in entry.joints:
-        if name not in arm.joint_names:
-            ledger.fault(place, "names a joint that is not there", name, nearest(name, arm.joint_names))
+        if not ledger.known(place, "names a joint that is not there", name, arm.joint_names):
             known = False
         elif name in taken or entry.joints.count(name) > 1:
             ledger.fault(place, "names a joint twice: one entry must hold all that works together", name)
@@ -192,8 +191,7 @@ def _part(entry: CouplingForm, ledger: Ledger, place: Place) -> Array | None:
         return differential(*turns)
     passes = [1.0] * (size - 1) if entry.passes is None else entry.passes
     if len(passes) != size - 1 or size < 2:
-        ledger.fault(
-            place, "a belt has two joints or more, and one number in passes for each but the last", len(passes)
-        )
+        problem = "a belt has two joints or more, and one number in passes for each but the last"
+        ledger.fault(place, problem, len(passes))
         return None
     return belts_over(passes)

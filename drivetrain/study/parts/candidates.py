@@ -76,9 +76,7 @@ def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place)
         return (drive.motor, gear) if known else None
     written = {table: ledger.document.data.get(table) for table in ("motors", "gears")}  # faulty rows as well
     own = {table: rows if isinstance(rows, dict) else {} for table, rows in written.items()}
-    if drive.motor not in {*catalog.motors, *own["motors"]}:
-        hint = nearest(drive.motor, [*catalog.motors, *own["motors"]])
-        ledger.fault((*place, "motor"), "no motor has this key", drive.motor, hint)
+    ledger.known((*place, "motor"), "no motor has this key", drive.motor, {**catalog.motors, **own["motors"]})
     if gear and gear not in {*catalog.gears, *own["gears"]}:
         hint = nearest(gear, [*catalog.gears, *own["gears"], DIRECT_DRIVE])
         ledger.fault((*place, "gear"), "no gear has this key", gear, hint)
@@ -91,9 +89,7 @@ def _paired(
     """The permitted pairs of the given motors and gears."""
     if not isinstance(form.pairs, str):
         listed = [known_pair(drive, catalog, ledger, (*place, "pairs", i)) for i, drive in enumerate(form.pairs)]
-        return [
-            pair for pair in dict.fromkeys(listed) if pair and pair[0] in motors and (not pair[1] or pair[1] in gears)
-        ]
+        return [one for one in dict.fromkeys(listed) if one and one[0] in motors and one[1] in ("", *gears)]
     if form.gears == DIRECT_DRIVE:
         return [(motor, "") for motor in motors]
     if form.pairs == "all":
@@ -164,9 +160,8 @@ def _check_names(
     folded = {word.casefold() for word in known}
     for word in wanted:
         if word.casefold() not in folded and not ledger.spoiled(("catalogs",)):
-            ledger.fault(
-                place, f"no row of the catalogue has this {name.removesuffix('s')}", word, nearest(word, known)
-            )
+            problem = f"no row of the catalogue has this {name.removesuffix('s')}"
+            ledger.fault(place, problem, word, nearest(word, known))
 
 
 def limits_in_words(wanted: object, unit: str) -> str:
@@ -196,9 +191,8 @@ def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str 
     if task.rules is None:
         return () if task.pairs else (f"the study gives {task.name} its drive and considers no other",)
     words: list[str] = []
-    gear = next(
-        (own for own, key in task.staged.items() if key == gear), gear
-    )  # the rules apply to the gear without stages
+    # the rules apply to the gear without stages
+    gear = next((own for own, key in task.staged.items() if key == gear), gear)
     if motor is not None:
         words += _broken("motor", motor, catalog.motors[motor], task.rules.motors, MOTOR_COLUMNS)
     if gear == "" and task.rules.gears != DIRECT_DRIVE:

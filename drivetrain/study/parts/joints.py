@@ -84,35 +84,25 @@ def merged_joint(own: JointForm | None, default: JointForm | None) -> JointForm 
     return merged
 
 
-def resolve_amplifier(form: AmplifierForm, default: AmplifierForm, ledger: Ledger, place: Place) -> Amplifier:
-    """An amplifier with its current limits as DC equivalents, converted by the ``current_basis`` of their entry."""
-    study = _limits(default, default.current_basis, ledger, ("amplifier",))
-    own = _limits(form, form.current_basis or default.current_basis, ledger, (*place, "amplifier"))
-    return Amplifier(**{**study, **own})
-
-
 def _amplifiers(around: Surroundings, form: JointForm, place: Place) -> tuple[Amplifier, ...]:
     """The amplifier whose limits are stated, or rows of the catalogue by rising price, mass and continuous current."""
     stated, rows, ledger = form.amplifier, around.catalog.amplifiers, around.ledger
     place = (*place, "amplifier")
     if isinstance(stated, AmplifierForm) or stated is False:
-        own = stated if isinstance(stated, AmplifierForm) else AmplifierForm()
-        return (resolve_amplifier(own, around.form.amplifier, ledger, place[:-1]),)
+        own, study = stated or AmplifierForm(), around.form.amplifier
+        limits = _limits(study, study.current_basis, ledger, ("amplifier",))
+        return (Amplifier(**limits | _limits(own, own.current_basis or study.current_basis, ledger, place)),)
     spoiled = ledger.spoiled(("catalogs",))
     for key in stated if isinstance(stated, tuple) and not spoiled else ():
-        if key not in rows:
-            ledger.fault(place, "no amplifier has this key", key, nearest(key, rows))
+        ledger.known(place, "no amplifier has this key", key, rows)
     whole = [row for row in rows.values() if None not in (getattr(row, name) for name in _AMPLIFIER_NEEDS)]
     found = [rows[key] for key in stated if key in rows] if isinstance(stated, tuple) else whole
     if not found and stated is True and not spoiled:
         ledger.fault(place, f"no amplifier of the catalogue has {', '.join(_AMPLIFIER_NEEDS)}")
     if len(found) > 1 and around.form.selection.holds is not None:
         ledger.fault(place, "must be a single one if selection.holds is given", [row.key for row in found])
-    found.sort(
-        key=lambda row: [
-            math.inf if value is None else value for value in (row.price, row.mass, row.continuous_current)
-        ]
-    )
+    order = ("price", "mass", "continuous_current")
+    found.sort(key=lambda row: [math.inf if (value := getattr(row, name)) is None else value for name in order])
     return tuple(map(limits_of, found)) or (Amplifier(),)
 
 
@@ -161,14 +151,16 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     if form.candidates is not None:
         pairs, passed_over = _candidates(around, form.candidates, (*place, "candidates"))
     elif form.drive is None and (form.free_ratio is None or form.free_ratio.motor is None):
-        ledger.fault(
-            place, "has neither a drive nor candidates", hint="drive: {motor: ..., gear: ...} or candidates: ..."
-        )
+        hint = "drive: {motor: ..., gear: ...} or candidates: ..."
+        ledger.fault(place, "has neither a drive nor candidates", hint=hint)
     friction: Friction | None = ledger.attempt((*place, "friction"), made, form.friction)
     motor_friction: Friction | None = ledger.attempt((*place, "motor_friction"), made, form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
     if around.arm is not None:
         _unmarched_faults(around, index, form, place)
+        if form.load_inertia is not None:
+            problem = "is for studies without an arm: an arm's inertia is computed from its links"
+            ledger.fault((*place, "load_inertia"), problem)
     _check_second_motor(around, form, place)
     brakes, brake_note = _brakes(around, form, (*place, "brake"))
     if brakes:
@@ -176,16 +168,15 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         left_open = len(given) > 1  # one motor and gear, and the choice of its brake
         pairs = given if left_open else _with_brakes(around, pairs, brakes)
         drive, passed_over = None if left_open or not given else given[0], (*passed_over, *brake_note)
-    chain = _chain(form, ledger, (*place, "stages"))
+    stages: list[Stage | None] = [ledger.attempt((*place, "stages", k), made, one) for k, one in enumerate(form.stages)]
+    chain = ledger.attempt((*place, "stages"), chained, stages) if stages and None not in stages else None
     staged = {} if chain is None else _with_stages(around, name, chain)
     if staged:
         pairs = tuple((motor, staged[gear]) for motor, gear in pairs)
         drive = None if drive is None else (drive[0], staged[drive[1]])
     if motor_friction is not None and motor_friction.load_share:
-        ledger.fault(
-            (*place, "motor_friction", "load_share"),
-            "applies only to the friction of the joint: the gear has efficiencies",
-        )
+        problem = "applies only to the friction of the joint: the gear has efficiencies"
+        ledger.fault((*place, "motor_friction", "load_share"), problem)
     return JointTask(
         name=name,
         drive=drive,
@@ -207,7 +198,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         coupled=() if around.arm is None else tuple(around.arm.joint_names[i] for i in _group(around.arm, index)),
         rules=form.candidates,
         free_ratio=resolve_free_ratio(form.free_ratio, around.catalog, ledger, (*place, "free_ratio")),
-        load_inertia=_load_inertia(around, form, place),
+        load_inertia=form.load_inertia,
         brakes=brakes,
         counterbalances=_counterbalances(around, index, form, place),
         preload=None if form.motors == 1 else form.preload or 0.0,
@@ -222,9 +213,8 @@ def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: 
     on_gear = form.output_bearing == "gear" and not arm.slides[index]
     if loops is not None and loops.inside(loops.driven[index]) and on_gear:
         problem = f"must be external at {arm.joint_names[index]}: how pins and bearings share the loads in a loop is "
-        ledger.fault(
-            (*place, "output_bearing"), problem + "not determined, so a gear's bearing cannot be checked there"
-        )
+        problem += "not determined, so a gear's bearing cannot be checked there"
+        ledger.fault((*place, "output_bearing"), problem)
     if moves and form.mount.carrier == "base":
         problem = "must be parent or child with a base that moves: drives mounted on such a base are not computed"
         ledger.fault((*place, "mount", "carrier"), problem, form.mount.carrier, "parent")
@@ -295,11 +285,6 @@ def _counterbalances(around: Surroundings, index: int, form: JointForm, place: P
     return tuple(one for one in found if one is not None)
 
 
-def _chain(form: JointForm, ledger: Ledger, place: Place) -> Chain | None:
-    stages: list[Stage | None] = [ledger.attempt((*place, k), made, entry) for k, entry in enumerate(form.stages)]
-    return ledger.attempt(place, chained, stages) if stages and None not in stages else None
-
-
 def _with_stages(around: Surroundings, name: str, chain: Chain) -> dict[str, str]:
     """Keys of all gears combined with the stages of a joint, by gear key; they are unique for each chain of stages."""
     if chain not in around.chains:
@@ -355,11 +340,8 @@ def _drive(around: Surroundings, name: str, form: JointForm, place: Place) -> tu
     motor, gear = pair
     published = gear in around.catalog.pairs.get(motor, ())
     own = motor in around.form.motors or gear in around.form.gears
-    if (
-        not published
-        and not own
-        and not fits(around.catalog.motors[motor], around.catalog.gears[gear], FramelessRule())
-    ):
+    inside = fits(around.catalog.motors[motor], around.catalog.gears[gear], FramelessRule())
+    if not (published or own or inside):
         around.ledger.note([f"{name}: {motor} with {gear} is not published as fitting; check flange, shaft and size."])
     return pair
 
@@ -396,26 +378,14 @@ def _contained(around: Surroundings, index: int, form: JointForm, place: Place) 
     return contained
 
 
-def _load_inertia(around: Surroundings, form: JointForm, place: Place) -> float | None:
-    """Load inertia of a joint in a study without an arm; a fault in a study with one."""
-    if form.load_inertia is not None and around.arm is not None:
-        around.ledger.fault(
-            (*place, "load_inertia"), "is for studies without an arm: an arm's inertia is computed from its links"
-        )
-    return form.load_inertia
-
-
 def _travel(around: Surroundings, index: int, form: JointForm, place: Place, chain: Chain | None) -> float | None:
     """Travel per radian of the gear's output [m/rad]: required at a prismatic joint, a fault at any other."""
     slides = around.arm is not None and around.arm.slides[index]
     travel, own = form.travel_per_turn, None if chain is None else chain.travel
     if own is not None and (travel is not None or not slides):
-        problem = (
-            "say what the joint travels: travel_per_turn is then not needed"
-            if slides
-            else "contain a sliding one, but the joint turns"
-        )
-        around.ledger.fault((*place, "stages"), problem)
+        sliding = "say what the joint travels: travel_per_turn is then not needed"
+        turning = "contain a sliding one, but the joint turns"
+        around.ledger.fault((*place, "stages"), sliding if slides else turning)
     travel = own or travel
     if around.arm is not None and slides and not travel and not around.ledger.spoiled((*place, "stages")):
         problem = "must not be 0" if travel == 0.0 else "is missing"
@@ -435,11 +405,10 @@ def resolve_free_ratio(form: FreeRatioForm | None, catalog: Catalog, ledger: Led
     if low is None or high is None or not 0.0 < low < high:
         ledger.fault((*place, "ratio"), "needs a smaller and a larger positive ratio, such as [30, 160]")
         return None
-    known = {row.series for row in catalog.gears.values() if row.series}
-    if form.series is not None and form.series not in known and not ledger.spoiled(("catalogs",)):
-        hint = nearest(form.series, known)
-        ledger.fault((*place, "series"), "no gear of the catalogue has this series", form.series, hint)
-    if form.motor is not None and form.motor not in catalog.motors and not ledger.spoiled(("catalogs",)):
-        ledger.fault((*place, "motor"), "no motor has this key", form.motor, nearest(form.motor, catalog.motors))
+    if form.series is not None and not ledger.spoiled(("catalogs",)):
+        series = {row.series for row in catalog.gears.values() if row.series}
+        ledger.known((*place, "series"), "no gear of the catalogue has this series", form.series, series)
+    if form.motor is not None and not ledger.spoiled(("catalogs",)):
+        ledger.known((*place, "motor"), "no motor has this key", form.motor, catalog.motors)
     free: FreeRatio = form.made(low=low, high=high)
     return free

@@ -14,7 +14,7 @@ from drivetrain.arm.arm import Arm
 from drivetrain.arm.bodies import moving_base
 from drivetrain.arm.tool_moves import Move, ToolLimits, tool_motion
 from drivetrain.arrays import Array
-from drivetrain.errors import InputError, nearest
+from drivetrain.errors import InputError
 from drivetrain.motion.base import AXES, Swing, harmonic_instants, harmonic_motion, with_base_samples
 from drivetrain.motion.checks import PLAUSIBLE_ANGLE, limit_notes
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, Cycle, Step, build_cycle, build_mix, share_faults
@@ -172,12 +172,10 @@ def _cycle(
     written = ledger.document.data.get("payloads")
     payloads = list(written) if isinstance(written, dict) else []  # payloads with faults are reported elsewhere
     for i, entry in enumerate(entries):
-        if entry.motion is not None and entry.motion not in names:
-            hint = nearest(entry.motion, names)
-            ledger.fault((*place, i, "motion"), "is no motion of this study", entry.motion, hint)
-        if entry.payload is not None and entry.payload not in payloads:
-            hint = nearest(entry.payload, payloads)
-            ledger.fault((*place, i, "payload"), "is no payload of this study", entry.payload, hint)
+        if entry.motion is not None:
+            ledger.known((*place, i, "motion"), "is no motion of this study", entry.motion, names)
+        if entry.payload is not None:
+            ledger.known((*place, i, "payload"), "is no payload of this study", entry.payload, payloads)
     ready = all(entry.motion is None or entry.motion in motions for entry in entries)
     if not entries or not ready or len(ledger.faults) > known:
         return None
@@ -294,9 +292,8 @@ def resolve_waypoints(name: str, form: MotionForm, arm: Arm, ledger: Ledger, pla
     if len(ledger.faults) > known or form.profile is None:
         return None
     if _takes_too_long(points, limits, durations):
-        ledger.fault(
-            place, f"has a move of more than {LONGEST_MOVE:g} s: too long to be sampled", hint="check its units"
-        )
+        problem = f"has a move of more than {LONGEST_MOVE:g} s: too long to be sampled"
+        ledger.fault(place, problem, hint="check its units")
         return None
     return ledger.attempt(
         place, waypoint_motion, name, arm.joint_names, points, profile=PROFILES[form.profile], durations=durations,

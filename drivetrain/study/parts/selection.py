@@ -10,7 +10,7 @@ from annotated_types import Ge
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, Faults, InputError, nearest
-from drivetrain.units import Duration, Quantity, Reader, quantity, read_name, refused
+from drivetrain.units import TEXT, Duration, Function, Quantity, quantity, read_name, refused
 
 TERMS = ("mass", "price", "energy")  # terms of the objective
 CRITERIA = (*TERMS, "utilisation")  # criteria of a Pareto front
@@ -32,27 +32,23 @@ class _Probability(Quantity):
         return found
 
 
-class _Groups(Reader):
+def _groups(value: Any) -> tuple[tuple[str, ...], ...]:
     """Groups of names: a list of lists, or one plain list for one group."""
+    if not isinstance(value, list | tuple) or not value:
+        raise refused("must be a list of joint names, or a list of such lists", "[[joint_4, joint_5, joint_6]]")
+    nested = any(isinstance(entry, list | tuple) for entry in value)
+    groups = value if nested else [value]
+    if not all(isinstance(group, list | tuple) for group in groups):
+        raise refused("mixes names and lists of names", "[[joint_1, joint_2], [joint_4, joint_5]]")
+    read = tuple(tuple(dict.fromkeys(map(read_name, group))) for group in groups)
+    short = next((group for group in read if len(group) < 2), None)
+    if short is not None:
+        raise refused("a group needs at least two joints", found=", ".join(short))
+    return read
 
-    def read(self, value: Any) -> tuple[tuple[str, ...], ...]:
-        if not isinstance(value, list | tuple) or not value:
-            hint = "[[joint_4, joint_5, joint_6]]"
-            raise refused("must be a list of joint names, or a list of such lists", hint)
-        nested = any(isinstance(entry, list | tuple) for entry in value)
-        groups = value if nested else [value]
-        if not all(isinstance(group, list | tuple) for group in groups):
-            hint = "[[joint_1, joint_2], [joint_4, joint_5]]"
-            raise refused("mixes names and lists of names", hint)
-        read = tuple(tuple(dict.fromkeys(map(read_name, group))) for group in groups)
-        short = next((group for group in read if len(group) < 2), None)
-        if short is not None:
-            raise refused("a group needs at least two joints", found=", ".join(short))
-        return read
 
-    def json_schema(self) -> dict[str, Any]:
-        names = {"type": "array", "minItems": 2, "items": {"type": "string"}}
-        return {"anyOf": [names, {"type": "array", "items": names}]}
+_GROUP = {"type": "array", "minItems": 2, "items": TEXT}
+_GROUPS = {"anyOf": [_GROUP, {"type": "array", "items": _GROUP}]}
 
 
 @dataclass(frozen=True)
@@ -72,7 +68,7 @@ class SelectionOptions:
     weights: tuple[tuple[str, float], ...] = (("mass", 1.0),)
     most_motor_types: Count | None = None
     most_gear_types: Count | None = None
-    same_family: Annotated[tuple[tuple[str, ...], ...], _Groups()] = ()
+    same_family: Annotated[tuple[tuple[str, ...], ...], Function(_groups, _GROUPS)] = ()
     sets: Count = 5
     time_limit: Duration = 30.0
     holds: Annotated[float, _Probability("", above=0.0)] | None = None

@@ -70,9 +70,8 @@ def _priced(catalog: Catalog, wanted: Prices, ledger: Ledger) -> Catalog:
         if row.price is None and offer is None:
             other = offers[key][0].currency
             problem = f"needs {other}: the price of {key} is in it, and currencies are not mixed"
-            ledger.fault(
-                ("prices", "rates"), problem, hint=f"such as {{{other}: 0.9}}: {wanted.currency} for one {other}"
-            )
+            hint = f"such as {{{other}: 0.9}}: {wanted.currency} for one {other}"
+            ledger.fault(("prices", "rates"), problem, hint=hint)
         elif row.price is None and offer is not None:
             found[key] = offer
     guessed = [key for key, offer in found.items() if offer.estimate]

@@ -17,8 +17,8 @@ from annotated_types import Ge, Le
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor
-from drivetrain.errors import nearest
-from drivetrain.units import Duration, Factor, Quantity, Rate, Reader, Speed, Torque, refused
+from drivetrain.errors import Fault, nearest, raise_faults
+from drivetrain.units import TEXT, Duration, Factor, Function, Quantity, Rate, Speed, Torque, refused
 
 if TYPE_CHECKING:
     from drivetrain.effects.effect import Effect
@@ -41,39 +41,28 @@ KNOWN_EFFECTS = {
 """Effects that a study's simulation may leave out, by the name that the file gives them, and the class of each."""
 
 
-class _Added(Reader):
+def _added(value: Any) -> Any:
     """A list of effects with their names and fields, which are checked when the effects are looked up."""
-
-    def read(self, value: Any) -> Any:
-        if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
-            hint = "such as [{effect: HoldingBrake, joint: elbow, holding: 9 N m}]"
-            raise refused("must be a list of effects", hint)
-        return tuple(value)
-
-    def json_schema(self) -> dict[str, Any]:
-        names = {"effect": {"type": "string"}, "joint": {"type": "string"}}
-        return {"type": "array", "items": {"type": "object", "properties": names, "required": ["effect"]}}
+    if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
+        raise refused("must be a list of effects", "such as [{effect: HoldingBrake, joint: elbow, holding: 9 N m}]")
+    return tuple(value)
 
 
-class _Effects(Reader):
-    """A word, or names of effects."""
+def read_effects(value: Any, place: str = "") -> tuple[str, ...]:
+    """Effects by their names, or one of ``WORDS``; raises InputError with all unknown names."""
+    if value in WORDS:
+        return () if value == "none" else (value,)
+    names = [value] if isinstance(value, str) else value
+    if not isinstance(names, list | tuple):
+        raise refused("must be auto, all, none, or a list of effects", ", ".join(KNOWN_EFFECTS))
+    unknown = [str(name) for name in names if str(name) not in KNOWN_EFFECTS]
+    raise_faults(Fault(place, "is no effect of a study", name, nearest(name, ALLOWED)) for name in unknown)
+    return tuple(dict.fromkeys(names))
 
-    def read(self, value: Any) -> tuple[str, ...]:
-        if isinstance(value, str):
-            if value in WORDS:
-                return () if value == "none" else (value,)
-            value = [value]
-        if not isinstance(value, list | tuple):
-            raise refused("must be auto, all, none, or a list of effects", ", ".join(KNOWN_EFFECTS))
-        for name in value:
-            if name not in KNOWN_EFFECTS:
-                hint = nearest(str(name), KNOWN_EFFECTS) or f"known are {', '.join(KNOWN_EFFECTS)}"
-                raise refused("is no effect of a study", hint, str(name))
-        return tuple(dict.fromkeys(value))
 
-    def json_schema(self) -> dict[str, Any]:
-        names = {"enum": list(KNOWN_EFFECTS)}
-        return {"anyOf": [{"enum": [*WORDS, *KNOWN_EFFECTS]}, {"type": "array", "items": names}]}
+_ADDED = {"type": "object", "properties": {"effect": TEXT, "joint": TEXT}, "required": ["effect"]}
+ALLOWED = [*WORDS, *KNOWN_EFFECTS]
+_EFFECTS = {"anyOf": [{"enum": ALLOWED}, {"type": "array", "items": {"enum": list(KNOWN_EFFECTS)}}]}
 
 
 @dataclass(frozen=True)
@@ -171,7 +160,7 @@ class Simulation:
         add: Additional effects, each with its class name, its fields and the joint to which it applies.
     """
 
-    effects: Annotated[tuple[str, ...], _Effects()] = ("all",)
+    effects: Annotated[tuple[str, ...], Function(read_effects, _EFFECTS)] = ("all",)
     tolerance: Factor = 0.01
     tip_tolerance: Annotated[float, Quantity("m", above=0.0)] | None = None
     solver: Literal["fixed", "adaptive", "inverse"] = "fixed"
@@ -183,4 +172,4 @@ class Simulation:
     repetitions: Annotated[int, Ge(1)] = 1
     control: Mapping[str, Control] = field(default_factory=dict)
     cogging: Mapping[str, Teeth] = field(default_factory=dict)
-    add: Annotated[tuple[AddedEffect, ...], _Added()] = ()
+    add: Annotated[tuple[AddedEffect, ...], Function(_added, {"type": "array", "items": _ADDED})] = ()
