@@ -86,12 +86,17 @@ def triangle_warning(inertia: Array, link: str) -> str:
 def warn_of_inertias(inertias: Array, links: Sequence[str]) -> list[str]:
     found = [triangle_warning(tensor, link) for tensor, link in zip(inertias, links, strict=True)]
     texts = [warning for warning in found if warning]
-    for text in texts:
-        warnings.warn(text, PhysicsWarning, stacklevel=frames_inside())
+    warn_each(texts)
     return texts
 
 
-def frames_inside() -> int:
+def warn_each(texts: Sequence[str]) -> None:
+    """Give a warning for each text, located at the caller of the package."""
+    for text in texts:
+        warnings.warn(text, PhysicsWarning, stacklevel=_frames_inside())
+
+
+def _frames_inside() -> int:
     """The ``stacklevel`` of a warning that shall point to the line outside the package that called it."""
     frame, level = sys._getframe(1), 1
     while frame.f_back is not None and str(frame.f_globals.get("__name__")).split(".")[0] == __name__.split(".")[0]:

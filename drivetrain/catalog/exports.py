@@ -131,9 +131,8 @@ class ExportMap:
                     faults.append(Fault(f"{part}.{name}", "is no column", name, nearest(str(name), known)))
         headings = {name: _heading(entry) for name, entry in self.columns.items()}
         problem = "must be a heading, or have heading, and may have unit, a text, and times, a number"
-        faults += [
-            Fault(f"columns.{name}", problem, self.columns[name]) for name, one in headings.items() if one is None
-        ]
+        wrong = [name for name, one in headings.items() if one is None]
+        faults += [Fault(f"columns.{name}", problem, self.columns[name]) for name in wrong]
         if self.decimal not in (".", ","):
             faults.append(Fault("decimal", "must be . or ,", self.decimal))
         if not isinstance(self.transposed, bool):

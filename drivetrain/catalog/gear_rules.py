@@ -154,9 +154,8 @@ def _stages(values: Values, kind: str) -> Iterator[Finding]:
     if "efficiency" in values and kind != "strain_wave":
         share = values["efficiency"] ** (1.0 / stages)
         if not STAGE_EFFICIENCY[0] <= share <= STAGE_EFFICIENCY[1]:
-            yield warning(
-                "efficiency", f"makes {share:.2f} a stage; usual: {STAGE_EFFICIENCY[0]} to {STAGE_EFFICIENCY[1]}"
-            )
+            usual = f"{STAGE_EFFICIENCY[0]} to {STAGE_EFFICIENCY[1]}"
+            yield warning("efficiency", f"makes {share:.2f} a stage; usual: {usual}")
 
 
 def _ratio_fraction(cells: Mapping[str, Cell]) -> Iterator[Finding]:

@@ -30,13 +30,11 @@ def check_brake(cells: Mapping[str, Cell]) -> list[Finding]:
 
 def check_amplifier(cells: Mapping[str, Cell]) -> list[Finding]:
     values = numbers(cells)
-    found = list(
-        in_order(values, (error, "continuous_current", "peak_current", ""), (error, "min_voltage", "max_voltage", ""))
-    )
+    orders = ((error, "continuous_current", "peak_current", ""), (error, "min_voltage", "max_voltage", ""))
+    found = list(in_order(values, *orders))
     if "peak_time" in values and "thermal_time_constant" in values:
-        found.append(
-            warning("peak_time", "is given together with a thermal time constant: two models of the same overload")
-        )
+        problem = "is given together with a thermal time constant: two models of the same overload"
+        found.append(warning("peak_time", problem))
     if not cells.get("basis_evidence"):
         found.append(warning("basis_evidence", "is empty: say how the kind of ampere is known"))
     return found
@@ -141,17 +139,17 @@ def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:
 
 def _provenance(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
     """Rows without a source, and one warning for all rows whose source has no date."""
-    yield from (
-        (row, error("source", "is empty: say where the numbers were read")) for row in rows if not row.text("source")
-    )
-    undated = [row for row in rows if row.text("source") and not (row.text("edition") or row.text("date"))]
+    undated = []
+    for row in rows:
+        if not row.text("source"):
+            yield row, error("source", "is empty: say where the numbers were read")
+        elif not (row.text("edition") or row.text("date")):
+            undated.append(row)
     if undated:
         others = len(undated) - 1
         more = f" here and in {others} more row{'s' * (others > 1)}" if others else ""
-        yield (
-            undated[0],
-            warning("edition", f"is empty{more}: data sheets change by up to 10 % from one edition to the next"),
-        )
+        problem = f"is empty{more}: data sheets change by up to 10 % from one edition to the next"
+        yield undated[0], warning("edition", problem)
 
 
 def _duplicates(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:

@@ -48,14 +48,8 @@ class Price:
     source: str = ""
 
     def __post_init__(self) -> None:
-        raise_faults(
-            range_faults(
-                f"price of {self.name}",
-                self,
-                {"price": POSITIVE, **dict.fromkeys(_OPTIONAL, POSITIVE)},
-                required=("price",),
-            )
-        )
+        ranges = dict.fromkeys(("price", *_OPTIONAL), POSITIVE)
+        raise_faults(range_faults(f"price of {self.name}", self, ranges, required=("price",)))
 
 
 @dataclass(frozen=True)

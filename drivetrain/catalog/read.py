@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from drivetrain.arrays import Array, Mask
 from drivetrain.catalog.price import Price
 from drivetrain.catalog.schema import AMPLIFIERS, BRAKES, GEARS, MOTORS, PAIRS, PRICES, TABLES
 from drivetrain.catalog.table import Row, Table, dc_equivalent, read_table, tables_in
@@ -197,12 +198,21 @@ def _unknown_keys(
 
 def fits(motor: Motor, gear: Gear, rule: FramelessRule) -> bool:
     """Whether a frameless motor fits a gear by the geometric rule."""
-    if not motor.frameless or motor.diameter is None or gear.kind not in rule.kinds:
-        return False
-    if gear.pitch_diameter is not None:
-        ratio = motor.diameter / gear.pitch_diameter
-        return rule.min_diameter_ratio <= ratio <= rule.max_diameter_ratio
-    return gear.diameter is not None and motor.diameter <= gear.diameter
+    return motor.frameless and gear.kind in rule.kinds and bool(_inside(motor, *_diameters([gear]), rule).all())
+
+
+def _diameters(gears: Sequence[Gear]) -> tuple[Array, Array]:
+    """Pitch and outer diameters of gears [m], (N,) each; NaN where unknown."""
+    pitch = np.array([gear.pitch_diameter for gear in gears], dtype=np.float64)
+    return pitch, np.array([gear.diameter for gear in gears], dtype=np.float64)
+
+
+def _inside(motor: Motor, pitch: Array, diameter: Array, rule: FramelessRule) -> Mask:
+    """Into which gears a motor fits by its diameter, (N,); NaN, for an unknown diameter, satisfies no rule."""
+    own = np.nan if motor.diameter is None else motor.diameter
+    ratio = own / pitch
+    by_pitch = (rule.min_diameter_ratio <= ratio) & (ratio <= rule.max_diameter_ratio)
+    return np.where(np.isnan(pitch), own <= diameter, by_pitch)
 
 
 def compatible_pairs(
@@ -224,41 +234,20 @@ def compatible_pairs(
     """
     motor_keys = list(catalog.motors) if motors is None else list(motors)
     gear_keys = list(catalog.gears) if gears is None else list(gears)
-    _refuse_unknown("motor", motor_keys, catalog.motors)
-    _refuse_unknown("gear", gear_keys, catalog.gears)
+    tables = (("motor", motor_keys, catalog.motors), ("gear", gear_keys, catalog.gears))
+    raise_faults(
+        Fault(f"{what} key", "is not in the catalogue", key, nearest(key, known))
+        for what, keys, known in tables
+        for key in keys
+        if key not in known
+    )
     order = {key: index for index, key in enumerate(gear_keys)}
-    around = _GearsForFrameless(catalog, gear_keys, rule)
+    around = [index for index, key in enumerate(gear_keys) if catalog.gears[key].kind in rule.kinds]
+    pitch, diameter = _diameters([catalog.gears[gear_keys[index]] for index in around])
     pairs: list[tuple[str, str]] = []
     for key in motor_keys:
         chosen = {order[gear] for gear in catalog.pairs.get(key, ()) if gear in order}
-        chosen.update(around.fitting(catalog.motors[key]))
+        if catalog.motors[key].frameless:
+            chosen.update(around[i] for i in np.flatnonzero(_inside(catalog.motors[key], pitch, diameter, rule)))
         pairs += [(key, gear_keys[index]) for index in sorted(chosen)]
     return pairs
-
-
-class _GearsForFrameless:
-    """The rule of ``fits`` evaluated for all gears at once."""
-
-    def __init__(self, catalog: Catalog, gear_keys: Sequence[str], rule: FramelessRule) -> None:
-        self._rule = rule
-        self._index = [i for i, key in enumerate(gear_keys) if catalog.gears[key].kind in rule.kinds]
-        gears = [catalog.gears[gear_keys[i]] for i in self._index]
-        # A diameter of None becomes NaN, which never satisfies the rule.
-        self._pitch = np.array([gear.pitch_diameter for gear in gears], dtype=np.float64)
-        self._diameter = np.array([gear.diameter for gear in gears], dtype=np.float64)
-
-    def fitting(self, motor: Motor) -> list[int]:
-        """Indices, in the list of gear keys, of the gears that a motor fits."""
-        if not motor.frameless or motor.diameter is None or not self._index:
-            return []
-        ratio, rule = motor.diameter / self._pitch, self._rule
-        by_pitch = (rule.min_diameter_ratio <= ratio) & (ratio <= rule.max_diameter_ratio)
-        held = np.where(np.isnan(self._pitch), motor.diameter <= self._diameter, by_pitch)
-        return [self._index[i] for i in np.flatnonzero(held)]
-
-
-def _refuse_unknown(what: str, keys: Iterable[str], known: Collection[str]) -> None:
-    """Raise ``InputError`` for keys that the catalogue does not have."""
-    raise_faults(
-        Fault(f"{what} key", "is not in the catalogue", key, nearest(key, known)) for key in keys if key not in known
-    )

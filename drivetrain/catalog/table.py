@@ -95,7 +95,8 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
     """Read a CSV file; faults are collected in the table instead of raised."""
     lines = csv_lines(path)
     if not lines:
-        missing = CellFault(1, "", "must be a header row with the column names", hint=_listed(columns))
+        hint = "columns: " + ", ".join(column.name for column in columns)
+        missing = CellFault(1, "", "must be a header row with the column names", hint=hint)
         return Table(path, {}, {}, (), (missing,))
     headers, faults = _read_headers(lines[0][1], columns)
     body = lines[1:]
@@ -113,9 +114,8 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
 
 def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
     """The non-empty records of a CSV file, each with the number of the line on which it starts."""
-    reader = csv.reader(
-        io.StringIO(read_text(path), newline=""), strict=True
-    )  # otherwise an unclosed quote would include the rest of the file without an error
+    # strict: otherwise an unclosed quote would include the rest of the file without an error
+    reader = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
     records: list[tuple[int, list[str]]] = []
     start = 1
     try:
@@ -273,10 +273,6 @@ def _key_faults(rows: Iterable[Row]) -> list[CellFault]:
         if len(key.split()) > 1:
             faults.append(CellFault(row.line, "key", "must not hold spaces", key, "write _ instead"))
     return faults
-
-
-def _listed(columns: Iterable[Column]) -> str:
-    return "columns: " + ", ".join(column.name for column in columns)
 
 
 # Conversion from the convention of a data sheet to the equivalent DC machine between two terminals

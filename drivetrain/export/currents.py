@@ -204,18 +204,15 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
     faults.raise_any()
     written = {name: values for name, values in numbers.items() if values is not None}
     study = evaluation.study
+    samples = "samples: those of the cycle, of several at one instant the last"
     head = [
         f"currents of {study.name}, by drivetrain {__version__}",
         f"study: {study.path or study.name}, SHA-256 {study.digest or 'none: made in a program'}",
-        "samples: those of the cycle, of several at one instant the last"
-        if rate is None
-        else f"rate: {rate:.9g} Hz; {HOLDS[hold]}",
+        samples if rate is None else f"rate: {rate:.9g} Hz; {HOLDS[hold]}",
         "each command holds until the next (zero order)",
-        *(
-            f"{name}: {one.base}; 1 {one.unit.removesuffix('s')} is {float(one.amperes)!r} A dc"
-            for name, one in scales.items()
-        ),
     ]
+    for name, one in scales.items():
+        head.append(f"{name}: {one.base}; 1 {one.unit.removesuffix('s')} is {float(one.amperes)!r} A dc")
     return _Commands(tuple(head), time, scales, written, position, velocity)
 
 

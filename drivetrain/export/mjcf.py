@@ -49,15 +49,6 @@ def write_mjcf(
         raise InputError(Fault("motors", f"must be {' or '.join(MOTORS)}", motors))
     arm, drives = exported(evaluation, "mjcf", payload)
     notes, springs = lost("mjcf"), [task.counterbalances for task in evaluation.study.joints]
-    write_text(path, mjcf_text(arm, drives, springs, notes=notes, motors=motors))
-    return notes
-
-
-def mjcf_text(
-    arm: Arm, drives: Sequence[DriveData], springs: Sequence[Sequence[Counterbalance]], *, notes: Sequence[str] = (),
-    motors: str = "dcmotor",
-) -> str:  # fmt: skip
-    """MJCF text of an arm, its drives and the counterbalances of its joints."""
     bodies = arm_bodies(arm, "MJCF")
     root = ElementTree.Element("mujoco", model=arm.name)
     root.extend(comments([f"written by drivetrain {__version__}", *notes]))
@@ -104,7 +95,8 @@ def mjcf_text(
         where = {"joint": joint_name} if turned is None else {"tendon": f"{drive.joint}_shaft"}
         _motor(actuators, drive, where, motors)
     ElementTree.indent(root)
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
+    write_text(path, ElementTree.tostring(root, encoding="unicode") + "\n")
+    return notes
 
 
 def _place(stands: Array) -> dict[str, str]:

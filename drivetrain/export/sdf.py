@@ -9,9 +9,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array
-from drivetrain.export.drives import Body, DriveData, arm_bodies, exported, in_frame, joint_limits, pins
+from drivetrain.export.drives import Body, arm_bodies, exported, in_frame, joint_limits, pins
 from drivetrain.export.losses import lost
 from drivetrain.export.urdf import cleaned, comments, text
 from drivetrain.sizing.results import Evaluation
@@ -41,14 +40,7 @@ def write_sdf(evaluation: Evaluation, path: str | Path, *, payload: str | None =
     Reference: SDFormat, http://sdformat.org/spec; the rotor tags and ball constraints are Drake's.
     """
     arm, drives = exported(evaluation, "sdf", payload)
-    notes = lost("sdf")
-    write_text(path, sdf_text(arm, drives, notes=notes))
-    return notes
-
-
-def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()) -> str:
-    """SDF text of an arm and its drives."""
-    bodies = arm_bodies(arm, "SDF")
+    notes, bodies = lost("sdf"), arm_bodies(arm, "SDF")
     joints = {body.joint for body in bodies}  # in SDF no link may have the name of a joint
     bodies = [replace(one, link=f"{one.link}_link") if one.link in joints else one for one in bodies]
     root = ElementTree.Element("sdf", {"version": "1.9", "xmlns:drake": "http://drake.mit.edu"})
@@ -94,7 +86,8 @@ def sdf_text(arm: Arm, drives: Sequence[DriveData], *, notes: Sequence[str] = ()
     tip = ElementTree.SubElement(model, "frame", name="tip", attached_to=last.link)
     _put(tip, "pose", _place(inverse_pose(last.frame) @ arm.tip))
     ElementTree.indent(root)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    write_text(path, '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n")
+    return notes
 
 
 def _pin(model: ElementTree.Element, number: int, ends: Sequence[Body | None], point: Array) -> None:

@@ -116,13 +116,10 @@ def _notes(arm: Arm) -> list[str]:
     notes = []
     if tuple(arm.gravity) != STANDARD_GRAVITY:
         notes.append(f"gravity {text(arm.gravity)} m/s^2, which URDF cannot say: give it when reading")
-    away = [
-        arm.joint_names[i]
-        for i in range(arm.n)
-        if np.linalg.norm(_points(arm)[i] - arm.joint_points[i]) > 1e-9  # [m] larger than the rounding of a large frame
-    ]
-    if away:
-        notes.append("joint points moved onto the axes they were off: joint " + ", ".join(away))
+    moved = np.linalg.norm(_points(arm) - arm.joint_points, axis=1) > 1e-9  # [m] above the rounding of a large frame
+    if moved.any():
+        away = ", ".join(arm.joint_names[i] for i in np.flatnonzero(moved))
+        notes.append(f"joint points moved onto the axes they were off: joint {away}")
     stuck = [name for name, low, high in zip(arm.joint_names, arm.lower, arm.upper, strict=True) if low == high]
     if stuck:
         notes.append("lower and upper limit agree, which readers take as no limit: joint " + ", ".join(stuck))
@@ -184,10 +181,8 @@ def _transmissions(root: Element, arm: Arm, bodies: WrittenBodies) -> None:
     for pair in bodies.pairs:
         names = (arm.joint_names[pair.joints[0]], arm.joint_names[pair.joints[1]])
         # A direct drive is written as a gear with ratio 1.
-        first, second = (
-            bodies.tags[joint] or RotorTags(factor, None)
-            for joint, factor in zip(pair.joints, pair.factors, strict=True)
-        )
+        parts = zip(pair.joints, pair.factors, strict=True)
+        first, second = (bodies.tags[joint] or RotorTags(factor, None) for joint, factor in parts)
         add_pair(root, names, pair, (first, second))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivetrain.arrays import Array, Mask
-from drivetrain.errors import Fault
+from drivetrain.errors import Fault, Faults
 from drivetrain.motion.duty_cycle import Cycle, shown_unit
 from drivetrain.motion.motion import Motion
 from drivetrain.motion.smoothing import UNIFORM, is_uniform
@@ -61,17 +61,14 @@ def time_faults(time: Series, *, pairs: bool) -> list[Fault]:
     rule = "must not go back, and at most two samples may share an instant" if pairs else "must increase"
     if np.any((step > 0.0) & (step < SHORTEST)):
         rule += f", by at least {SHORTEST:g} s"
-    faults = [
-        Fault(f"row {time.rows[i + 1]}, column {time.name}", f"time {rule}", float(time.values[i + 1]), "", time.file)
-        for i in np.flatnonzero(wrong)[:FAULTS_SHOWN]
-    ]
+    faults = Faults(time.file)
+    for i in np.flatnonzero(wrong)[:FAULTS_SHOWN]:
+        faults.add(_place(time, i + 1), f"time {rule}", float(time.values[i + 1]))
     if wrong.sum() > FAULTS_SHOWN:
-        faults.append(
-            Fault(f"column {time.name}", f"{wrong.sum() - FAULTS_SHOWN} more rows like this", None, "", time.file)
-        )
-    if not faults and time.values[-1] <= time.values[0]:
-        faults.append(Fault(f"column {time.name}", "time must go on", None, "", time.file))
-    return faults
+        faults.add(f"column {time.name}", f"{wrong.sum() - FAULTS_SHOWN} more rows like this")
+    if not faults.found and time.values[-1] <= time.values[0]:
+        faults.add(f"column {time.name}", "time must go on")
+    return faults.found
 
 
 def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
@@ -100,16 +97,9 @@ def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) 
     """
     length, scale = np.diff(time), factor(series.unit)
     step = np.abs(np.diff(series.values))
-    faults = [
-        Fault(
-            _place(series, i + 1),
-            f"position steps at t = {time[i]:.6g} s",
-            float(series.values[i + 1] / scale),
-            "",
-            series.file,
-        )
-        for i in np.flatnonzero((length == 0.0) & (step > SMALLEST_JUMP))[:FAULTS_SHOWN]
-    ]
+    faults = Faults(series.file)
+    for i in np.flatnonzero((length == 0.0) & (step > SMALLEST_JUMP))[:FAULTS_SHOWN]:
+        faults.add(_place(series, i + 1), f"position steps at t = {time[i]:.6g} s", float(series.values[i + 1] / scale))
     moving = np.flatnonzero(length > 0.0)
     rate = step[moving] / length[moving]
     sudden = moving[isolated(rate, JUMP) & (step[moving] > max(SMALLEST_JUMP, 20.0 * resolution))]
@@ -120,13 +110,10 @@ def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) 
         what = f"position {what} by {size / scale:.4g} {series.unit} at t = {time[first + 1]:.6g} s"
         turned = turns and abs(abs(size) - 2.0 * math.pi) < 0.2 * math.pi
         hint = "the angle is wrapped: unwrap it" if turned else "no drive can follow; if it is meant, sample it finer"
-        faults.append(
-            Fault(_place(series, first + 1), what, float(series.values[first + 1] / scale), hint, series.file)
-        )
+        faults.add(_place(series, first + 1), what, float(series.values[first + 1] / scale), hint)
     if len(groups) > FAULTS_SHOWN:
-        more = f"{len(groups) - FAULTS_SHOWN} more jumps like this"
-        faults.append(Fault(f"column {series.name}", more, None, "", series.file))
-    return faults
+        faults.add(f"column {series.name}", f"{len(groups) - FAULTS_SHOWN} more jumps like this")
+    return faults.found
 
 
 def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:

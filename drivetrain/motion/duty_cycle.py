@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated
 
@@ -23,6 +23,7 @@ from drivetrain.units import Duration, Name
 
 GAP_ALLOWED = 1e-3  # [rad or m] accepted as rounding between two motions; a larger gap is a step that no drive can make
 GAP_SEEN = 1e-6  # [rad or m] above this, the gap is reported
+SERIES = ("position", "velocity", "acceleration")
 SPEED_STEP_SEEN = 1e-3  # steps of speed above this share of the joint's peak speed are reported
 
 Indices = NDArray[np.int64]
@@ -195,9 +196,7 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: M
     return Cycle(
         joint_names=joint_names,
         time=read_only(np.concatenate([block.time + begin for block, begin in zip(blocks, begins, strict=False)])),
-        position=read_only(np.concatenate([block.position for block in blocks])),
-        velocity=read_only(np.concatenate([block.velocity for block in blocks])),
-        acceleration=read_only(np.concatenate([block.acceleration for block in blocks])),
+        **{name: read_only(np.concatenate([getattr(block, name) for block in blocks])) for name in SERIES},
         torque=read_only(np.concatenate([block.torque for block in blocks])) if loaded else None,
         payload=_per_sample([carried[index] for index in which], lengths),
         payload_names=payload_names,
@@ -261,15 +260,11 @@ def _blocks(steps: Sequence[Step]) -> tuple[list[_Block], list[int]]:
 
 def _run(step: Step) -> _Block:
     motion = step.motion
+    assert motion is not None
+    time, none = motion.time - motion.time[0], np.zeros_like(motion.acceleration)
     if isinstance(motion, LoadTable):
-        zero = np.zeros_like(motion.speed)
-        time = motion.time - motion.time[0]
-        return _Block(step.label, time, zero, motion.speed, motion.acceleration, motion.torque)
-    if motion is None:
-        raise InputError(Fault(step.label, "is not a motion"))
-    time = motion.time - motion.time[0]
-    still = np.zeros_like(motion.position)
-    return _Block(step.label, time, motion.position, motion.velocity, motion.acceleration, still)
+        return _Block(step.label, time, none, motion.speed, motion.acceleration, motion.torque)
+    return _Block(step.label, time, motion.position, motion.velocity, motion.acceleration, none)
 
 
 def _rest(step: Step, position: Array, torque: Array) -> _Block:
@@ -283,9 +278,8 @@ def _from_integral(blocks: list[_Block]) -> list[_Block]:
     for block in blocks:
         half = 0.5 * np.diff(block.time)[:, np.newaxis]
         travel = np.cumsum(half * (block.velocity[1:] + block.velocity[:-1]), axis=0)
-        position = start + np.vstack([np.zeros(len(start)), travel])
-        start = position[-1]
-        counted.append(_Block(block.label, block.time, position, block.velocity, block.acceleration, block.torque))
+        counted.append(replace(block, position=start + np.vstack([np.zeros(len(start)), travel])))
+        start = counted[-1].position[-1]
     return counted
 
 
@@ -330,17 +324,15 @@ def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Mas
         step = after.velocity[0] - before.velocity[-1]
         for index in np.flatnonzero(np.abs(step) > SPEED_STEP_SEEN * peak):
             unit, times = shown_unit(slides, int(index))
-            text = (
-                f"speed of {joint_names[index]} steps by {times * step[index]:.4g} [{unit.replace(' or', '/s or')}/s]"
-            )
-            notes[f"warning: {where}: {text}; the impulse it takes is not counted"] = None
+            text = f"speed of {joint_names[index]} steps by {times * step[index]:.4g}"
+            rate = unit.replace(" or", "/s or") + "/s"
+            notes[f"warning: {where}: {text} [{rate}]; the impulse it takes is not counted"] = None
     return list(notes)
 
 
 # A mix: several repeated tasks, each with its share of the operating time, as one cycle of several parts
 
 
-SERIES = ("position", "velocity", "acceleration")
 SHARE_ROUNDING = 1e-6  # accepted difference of the sum of the shares from 1, as rounding of written numbers
 
 

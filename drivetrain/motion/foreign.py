@@ -129,18 +129,23 @@ def _raise_all(faults: Faults) -> None:
     faults.raise_any()
 
 
-def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
+def matlab_arrays(path: Path) -> dict[str, Any]:
+    """The variables of a .mat file by name."""
     from scipy.io import loadmat
 
     try:
-        held = loadmat(path, variable_names=[name for names in IN_MATLAB.values() for name in names])
+        return {name: values for name, values in loadmat(path).items() if not name.startswith("__")}
     except NotImplementedError:
         hint = "save(file, 't', 'q', '-v7')"
         raise InputError(Fault("file", "is of MATLAB 7.3, which is not read", None, hint, str(path))) from None
     except OSError as error:
         raise InputError(Fault("file", f"cannot be read: {error.strerror or error}", file=str(path))) from None
     except Exception as error:  # for damaged files scipy raises many types of exceptions
-        raise InputError(Fault("file", f"is no .mat file that can be read: {error}", file=str(path))) from None
+        raise InputError(Fault("file", f"cannot be read as .mat: {error}", file=str(path))) from None
+
+
+def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
+    held = matlab_arrays(path)
     found = {what: next((held[one] for one in names if one in held), None) for what, names in IN_MATLAB.items()}
     faults, n, series = Faults(str(path)), len(joint_names), dict[str, Array]()
     for what in ("time", "q"):

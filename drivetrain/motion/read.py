@@ -124,10 +124,9 @@ def read_load_table(
     title = name or Path(table.file).stem
     notes = [f"{title}: {len(time)} rows{_origin(table)}, {time[-1] - time[0]:.4g} s", *found.notes]
     if given and len(given) < len(joints):
-        rest = ", ".join(joint for joint in joints if joint not in given)
-        faults.append(
-            Fault("columns", f"give the acceleration of all joints or of none; missing: {rest}", file=table.file)
-        )
+        problem = "give the acceleration of all joints or of none; missing: "
+        problem += ", ".join(joint for joint in joints if joint not in given)
+        faults.append(Fault("columns", problem, file=table.file))
     for joint in given:
         speeds, rates = (_series(found.found[kind, joint], table) for kind in ("speed", "acceleration"))
         wrong, warnings = checks.rate_mismatch(time, speeds, rates, STILL * float(np.ptp(speed)))
@@ -204,21 +203,14 @@ def _joint(
     way = smoothing or chosen_smoothing(time, source.values, _resolution(source))
     if isinstance(way, SmoothingSpline) and way.resolution is None:
         way = SmoothingSpline(_resolution(source))
-    first, second = _differentiated(time, source.values, way)
+    still = not np.ptp(source.values)  # rates are then exactly zero
+    first, second = np.zeros((2, len(time))) if still else way.derivatives(time, source.values)
     warnings = _coarse(time, source.values, joint) if isinstance(way, Parabolas) else []
     if velocity is not None:
         return np.stack([position.values, velocity.values, first]), f"acceleration by {way.description}", []
     if acceleration is not None:
         return np.stack([position.values, first, acceleration.values]), f"velocity by {way.description}", []
     return np.stack([position.values, first, second]), f"velocity and acceleration by {way.description}", warnings
-
-
-def _differentiated(time: Array, values: Array, way: Smoothing) -> tuple[Array, Array]:
-    """First and second derivative, (N,) each; exactly zero if the values are constant."""
-    if float(np.ptp(values)) == 0.0:
-        return np.zeros_like(values), np.zeros_like(values)
-    first, second = way.derivatives(time, values)
-    return first, second
 
 
 def _coarse(time: Array, values: Array, joint: str) -> list[str]:

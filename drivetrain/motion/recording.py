@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, nearest
-from drivetrain.motion.foreign import BAGS, joint_states
+from drivetrain.motion.foreign import BAGS, joint_states, matlab_arrays
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
 from drivetrain.motion.table import TIME as NAMES_OF_TIME
 from drivetrain.motion.table import Column, Kind, Table, assigned_columns, read_table
@@ -109,7 +109,7 @@ def read_recording(
     elif suffix in BAGS or file.is_dir():
         table = _table(file, _bag(file, joints), {})
     elif suffix in SUFFIXES:
-        arrays = {".npz": _npz, ".parquet": _parquet, ".mat": _mat}[suffix](file)
+        arrays = {".npz": _npz, ".parquet": _parquet, ".mat": matlab_arrays}[suffix](file)
         bare = {key: f"{key} [{_IN_MATLAB[key]}]" for key in arrays if suffix == ".mat" and key in _IN_MATLAB}
         table = _table(file, arrays, bare | dict(columns or {}))
     else:
@@ -130,9 +130,8 @@ def read_recording(
     time, kept = np.unique(found.time.values, return_index=True)
     if (np.diff(found.time.values) < 0.0).any():
         back = int(np.argmax(np.diff(found.time.values) < 0.0)) + 1
-        raise InputError(
-            Fault(f"row {table.rows[back]}", "time goes back [s]", float(found.time.values[back]), "", file.name)
-        )
+        at = float(found.time.values[back])
+        raise InputError(Fault(f"row {table.rows[back]}", "time goes back [s]", at, "", file.name))
     if len(kept) < len(found.time.values):
         notes.append(f"{len(found.time.values) - len(kept)} samples at an instant that another has are left out")
     return MeasuredMotion(
@@ -194,17 +193,6 @@ def _parquet(file: Path) -> Mapping[str, Any]:
     except (OSError, ValueError) as error:
         raise InputError(Fault("file", f"cannot be read as Parquet: {error}", file.name)) from None
     return {str(key): frame[key].to_numpy() for key in frame.columns}
-
-
-def _mat(file: Path) -> Mapping[str, Any]:
-    from scipy.io import loadmat
-
-    try:
-        return {key: value for key, value in loadmat(file).items() if not key.startswith("__")}
-    except NotImplementedError:
-        raise InputError(Fault("file", "is a .mat of version 7.3", file.name, "save it with -v7")) from None
-    except Exception as error:  # for damaged files scipy raises many types of exceptions
-        raise InputError(Fault("file", f"cannot be read as .mat: {error}", file.name)) from None
 
 
 def _bag(file: Path, joints: tuple[str, ...]) -> Mapping[str, Any]:

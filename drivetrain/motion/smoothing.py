@@ -221,10 +221,6 @@ def _banded(matrix: csr_array) -> Array:
     return bands
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
 @dataclass(frozen=True)
 class SavitzkyGolay(Smoothing):
     """Polynomials fitted to a moving window of given length; for uniform sampling only."""
@@ -353,7 +349,7 @@ def chosen_smoothing(time: Array, values: Array, resolution: float) -> Smoothing
             continue
         spline = SmoothingSpline(deviation / NOISE_OF_RESOLUTION)
         second = spline.derivatives(time, values).second
-        if deviation * SECOND_DIFFERENCE / step**2 > share * _rms(second):
+        if deviation * SECOND_DIFFERENCE / step**2 > share * np.sqrt(np.mean(second**2)):
             return _with_jitter(time, values, noise, jitter, spline) if jitter else spline
     return Parabolas()
 

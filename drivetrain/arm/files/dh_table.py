@@ -18,7 +18,7 @@ from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
 from drivetrain.arm.checks import LENGTH, farthest, millimetres
 from drivetrain.arm.dh import DHConvention, DHRow, JointKind, arm_from_dh
 from drivetrain.errors import Fault, Faults, InputError, nearest
-from drivetrain.units import quantity, split_header
+from drivetrain.units import number_of, quantity, split_header
 from drivetrain.whole_files import WORKBOOKS, read_text
 
 # Unit and default of each column; "joint" is [rad] or [m], depending on the kind of the row, "joint/s" its rate.
@@ -50,7 +50,8 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
     Robotics Toolbox in MATLAB (.m) or Python (.py), which is read as text in SI, never run, without base and tool.
     """
     header, lines = _rows(path, convention)
-    names = [_column(column) for column in header]
+    names = [split_header(column)[0].casefold() for column in header]
+    names = [TOOLBOX.get(name, name) for name in names]
     faults = Faults(str(path))
     _check_header(names, faults)
     rows: list[tuple[int, DHRow]] = []
@@ -61,20 +62,15 @@ def read_dh_table(path: Path, convention: str, *, gravity: Any = None) -> Arm:
         faults.add("the file", "holds no joint")
     faults.raise_any()
     left = [column for name, column in zip(names, header, strict=True) if name in OF_DRIVES]
-    notes = (
-        [f"{', '.join(left)}: not used, as the drives of the study bring inertia, ratio and friction"] if left else []
-    )
+    notes = _implausible(rows, path)
+    if left:
+        notes.insert(0, f"{', '.join(left)}: not used, as the drives of the study bring inertia, ratio and friction")
     return arm_from_dh(
         [row for _, row in rows], convention=convention,  # type: ignore[arg-type]
         gravity=STANDARD_GRAVITY if gravity is None else gravity,
         joint_names=[line[names.index("name")].strip() for _, line in lines] if "name" in names else None,
-        name=path.stem, notes=[*notes, *_implausible(rows, path)],
+        name=path.stem, notes=notes,
     )  # fmt: skip
-
-
-def _column(header: str) -> str:
-    name = split_header(header)[0].casefold()
-    return TOOLBOX.get(name, name)
 
 
 def _rows(path: Path, convention: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -109,10 +105,9 @@ def _json_links(path: Path) -> list[tuple[int, Link]]:
         raise InputError(Fault("the file", f"cannot be read: {error}", file=str(path))) from None
     data = data.get("links", data.get("joints")) if isinstance(data, dict) else data
     if not isinstance(data, list) or not all(isinstance(one, dict) for one in data):
+        problem = "must hold a list of links, each with its columns"
         hint = 'such as [{"a [mm]": 400, "alpha [deg]": 90, "d": "0 m", "mass [kg]": 3}, ...]'
-        raise InputError(
-            Fault("the file", "must hold a list of links, each with its columns", hint=hint, file=str(path))
-        )
+        raise InputError(Fault("the file", problem, hint=hint, file=str(path)))
     return [(i, {str(name): "" if cell is None else str(cell) for name, cell in one.items()})
             for i, one in enumerate(data, 1)]  # fmt: skip
 
@@ -369,7 +364,7 @@ def _row(cells: dict[str, tuple[str, str]], place: str, faults: Faults) -> DHRow
         v[name] = default
         text, column = cells.get(name, ("", ""))
         if text:
-            spelled = f"{text} {split_header(column)[1]}" if _is_bare(text) else text
+            spelled = f"{text} {split_header(column)[1]}" if math.isfinite(number_of(text)) else text
             read = faults.attempt(quantity, spelled, own.get(unit, unit), f"{place}, column {column}")
             v[name] = default if read is None else read
     inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
@@ -381,24 +376,14 @@ def _row(cells: dict[str, tuple[str, str]], place: str, faults: Faults) -> DHRow
     )  # fmt: skip
 
 
-def _is_bare(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _implausible(rows: Sequence[tuple[int, DHRow]], file: Path) -> list[str]:
     """Lengths of a Denavit-Hartenberg table, by line of the file, that look like millimetres given as metres."""
     found: list[str] = []
     reach = sum(math.hypot(row.a, row.d) for _, row in rows)
     for number, row in rows:
-        com = {f"com_{axis}": value for axis, value in zip("xyz", row.com, strict=True)}
-        lengths = {"a": (row.a, LENGTH), "d": (row.d, LENGTH)} | {
-            name: (value, farthest(reach)) for name, value in com.items()
-        }
-        for name, (value, most) in lengths.items():
+        lengths = [("a", row.a, LENGTH), ("d", row.d, LENGTH)]
+        lengths += [(f"com_{axis}", value, farthest(reach)) for axis, value in zip("xyz", row.com, strict=True)]
+        for name, value, most in lengths:
             if abs(value) > most:
                 problem = f"{value:.4g} m is more than {most:.3g} m"
                 fault = Fault(f"column {name}", problem, hint=millimetres(value), file=f"{file}:{number}")

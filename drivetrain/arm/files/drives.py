@@ -150,9 +150,8 @@ def _drive(
 def _drake(reader: Reader, element: ElementTree.Element, joint: str) -> dict[str, float]:
     found = {}
     for tag in (ROTOR_INERTIA, GEAR_RATIO):
-        child = next(
-            (child for child in element if child.tag == tag), None
-        )  # find() would take the colon for a namespace
+        # find() would take the colon for a namespace
+        child = next((child for child in element if child.tag == tag), None)
         if child is None:
             continue
         found[tag] = reader.number(child, "value", f"joint {joint}")

@@ -5,28 +5,21 @@ From the tree of links in a file, the chain from the root to a tip is used; all 
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arm.arm import STANDARD_GRAVITY, Arm
-from drivetrain.arm.checks import frames_inside, implausible
+from drivetrain.arm.checks import implausible
 from drivetrain.arm.files.model import MOVABLE, REFUSED, REVOLUTE, UrdfJoint, UrdfModel
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.spatial.inertia import RigidBody, combined
 from drivetrain.spatial.poses import axis_screw
 
 Joints = dict[str, list[UrdfJoint]]
 USUAL_TIP = "tool0"  # name of the flange frame in ROS-Industrial
-
-
-def warn_each(texts: list[str]) -> None:
-    """Give a warning for each text, located at the caller of the package."""
-    for text in texts:
-        warnings.warn(text, PhysicsWarning, stacklevel=frames_inside())
 
 
 def arm_from_model(model: UrdfModel, *, tip: str | None, gravity: Any) -> tuple[Arm, list[str]]:
@@ -85,11 +78,8 @@ def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
         )
     notes += [f"joint {j.name}: said to mimic {j.mimics}, taken as free" for j in chain.joints if j.mimics]
     notes += [f"joint {joint.name}: {joint.unsaid}" for joint in chain.joints if joint.unsaid]
-    massless = [
-        joint.child
-        for joint, bodies in zip(chain.joints, chain.bodies, strict=True)
-        if not sum(body.mass for body in bodies)
-    ]
+    weights = [sum(body.mass for body in bodies) for bodies in chain.bodies]
+    massless = [joint.child for joint, weight in zip(chain.joints, weights, strict=True) if not weight]
     if massless:
         notes.append("moving links without mass: " + ", ".join(massless))
     return notes

@@ -11,9 +11,10 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.builtin import builtin_arm, builtin_names
+from drivetrain.arm.checks import warn_each
 from drivetrain.arm.coupling import placed, with_coupling
 from drivetrain.arm.files.drives import UrdfCoupling, UrdfDrive
-from drivetrain.arm.files.links import arm_from_model, tip_among_several, warn_each
+from drivetrain.arm.files.links import arm_from_model, tip_among_several
 from drivetrain.arm.files.mjcf import read_mjcf
 from drivetrain.arm.files.model import UrdfModel, read_model
 from drivetrain.arm.files.sdf import read_sdf

@@ -238,14 +238,10 @@ def _pose(reading: _Reading, element: ElementTree.Element, place: str) -> Array:
         *axis, angle = reader.numbers(element, "axisangle", place, [0.0, 0.0, 1.0, 0.0])
         return pose(exp_rotation(_direction(reader, axis, element, place) * angle * reading.turn), point)
     if "euler" in element.attrib:
-        rotation = np.eye(3)
-        for letter, angle in zip(
-            reading.euler, reader.numbers(element, "euler", place, [0.0] * 3) * reading.turn, strict=True
-        ):
+        rotation, angles = np.eye(3), reader.numbers(element, "euler", place, [0.0] * 3) * reading.turn
+        for letter, angle in zip(reading.euler, angles, strict=True):
             step = exp_rotation(np.eye(3)["xyz".index(letter.lower())] * angle)
-            rotation = (
-                rotation @ step if letter.islower() else step @ rotation
-            )  # capital letters are rotations about fixed axes
+            rotation = rotation @ step if letter.islower() else step @ rotation  # capital letters: fixed axes
         return pose(rotation, point)
     if "xyaxes" in element.attrib:
         numbers = reader.numbers(element, "xyaxes", place, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
@@ -281,10 +277,8 @@ def _actuators(reading: _Reading, root: ElementTree.Element) -> None:
     motors, reader = [], reading.reader
     for written in (one for section in root.findall("actuator") for one in section):
         element = _filled(reading, written, "main")
-        place, turns = (
-            f"actuator {element.get('name', '')}",
-            {element.get("joint", element.get("jointinparent", "")): 1.0},
-        )
+        place = f"actuator {element.get('name', '')}"
+        turns = {element.get("joint", element.get("jointinparent", "")): 1.0}
         if element.get("tendon", "") in shafts:
             driven = shafts[element.get("tendon", "")].findall("joint")
             turns = {one.get("joint", ""): reader.number(one, "coef", place, 0.0) for one in driven}

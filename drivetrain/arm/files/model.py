@@ -84,9 +84,8 @@ def read_model(path: Path) -> UrdfModel:
     model_links = {name: _body(reader, name, element) for name, element in links.items()}
     model_joints = {name: _joint(reader, name, element) for name, element in joints.items()}
     check_names(reader, model_links, model_joints)
-    drives, couplings, drive_notes = read_drives(
-        reader, root, {n: joints[n] for n, j in model_joints.items() if j.movable}
-    )
+    movable = {name: joints[name] for name, joint in model_joints.items() if joint.movable}
+    drives, couplings, drive_notes = read_drives(reader, root, movable)
     reader.faults.raise_any()
     notes = tuple(note for note in (reader.ignored_note(), *drive_notes) if note)
     return UrdfModel(root.get("name", path.stem), str(path), model_links, model_joints, drives, tuple(couplings), notes)
@@ -110,7 +109,7 @@ def _body(reader: Reader, name: str, element: ElementTree.Element) -> RigidBody 
         return None
     place = f"link {name}"
     reader.count_ignored(inertial, ("origin", "mass", "inertia"))
-    origin = _origin(reader, inertial, place)
+    origin = origin_of(reader, inertial, place)
     mass_element, inertia_element = inertial.find("mass"), inertial.find("inertia")
     for tag, child in (("mass", mass_element), ("inertia", inertia_element)):
         if child is None:
@@ -131,7 +130,8 @@ def checked_body(reader: Reader, place: str, mass: float, tensor: Array, tag: st
     return RigidBody(max(mass, 0.0), np.zeros(3), tensor if checked is None else checked)
 
 
-def _origin(reader: Reader, element: ElementTree.Element, place: str) -> Array:
+def origin_of(reader: Reader, element: ElementTree.Element, place: str) -> Array:
+    """The frame that the ``origin`` of an element states, (4, 4); translation [m]."""
     origin = element.find("origin")
     if origin is None:
         return np.eye(4)
@@ -159,7 +159,7 @@ def _joint(reader: Reader, name: str, element: ElementTree.Element) -> UrdfJoint
     unsaid = [phrase for phrase in (no_axis, no_limit) if phrase and kind in MOVABLE]
     parent, child = _end(reader, element, "parent", place), _end(reader, element, "child", place)
     mimics = "" if mimic is None else mimic.get("joint", "?")
-    origin = _origin(reader, element, place)
+    origin = origin_of(reader, element, place)
     return UrdfJoint(name, kind, parent, child, origin, axis, lower, upper, speed, mimics, " and ".join(unsaid))
 
 

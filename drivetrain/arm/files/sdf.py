@@ -63,9 +63,7 @@ def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
     found: dict[str, RigidBody | None] = {name: _body(reader, places, own, name, one) for name, one in links.items()}
     roots = [name for name in found if not any(joint.child == name for joint in joints.values())]
     stand = inverse_pose(places.of(WORLD)) @ places.of(roots[0]) if len(roots) == 1 else np.eye(4)
-    if not np.allclose(
-        stand[:3, :3], np.eye(3), atol=1e-9
-    ):  # the base is not fixed to the world; the direction of gravity depends on its pose
+    if not np.allclose(stand[:3, :3], np.eye(3), atol=1e-9):  # the direction of gravity depends on the base's pose
         held = fixed_joint("world_fixed", WORLD, roots[0], stand)
         joints[held.name], drives[held.name] = held, UrdfDrive()
     if any(joint.parent == WORLD for joint in joints.values()):

@@ -9,11 +9,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arm.files.xml import PACKAGE, package_file, read_document
+from drivetrain.arm.files.model import origin_of
+from drivetrain.arm.files.xml import PACKAGE, Reader, package_file, read_document
 from drivetrain.arrays import Array
 from drivetrain.errors import InputError
 from drivetrain.spatial.mesh_inertia import read_mesh
-from drivetrain.spatial.poses import pose_from_xyz_rpy
 from drivetrain.whole_files import is_there
 
 CELLS = 9  # grid cells along the longest side of a mesh; corners in one cell are merged
@@ -33,24 +33,20 @@ def link_shapes(arm: Arm) -> list[tuple[int, Triangles]]:
         return []
     if root is None or root.tag != "robot":
         return []
-    found = []
+    found, reader = [], Reader(arm.file)
     for link in root.findall("link"):
         name = link.get("name", "")
         if name not in arm.frames or arm.frames[name][0] not in (*arm.link_names, ""):
             continue  # link of another root, or of a linkage
         carrier, frame = arm.link_index(name), arm.link_frame(name)
         for kind in ("visual", "collision"):
-            shapes = [(_origin(one), _read(one.find("geometry"), Path(arm.file))) for one in link.findall(kind)]
+            elements = link.findall(kind)
+            shapes = [(origin_of(reader, one, name), _read(one.find("geometry"), Path(arm.file))) for one in elements]
             known = [(frame @ origin, shape) for origin, shape in shapes if shape is not None]
             if known:
                 found += [(carrier, (points @ at[:3, :3].T + at[:3, 3], faces)) for at, (points, faces) in known]
                 break
     return found
-
-
-def _origin(element: ElementTree.Element) -> Array:
-    at = element.find("origin")
-    return np.eye(4) if at is None else pose_from_xyz_rpy(_numbers(at, "xyz", "0 0 0"), _numbers(at, "rpy", "0 0 0"))
 
 
 def _numbers(element: ElementTree.Element, name: str, default: str) -> Array:
