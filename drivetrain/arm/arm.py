@@ -233,8 +233,10 @@ class Arm:
             points = faults.attempt(frozen_array, joint_points, (n, 3), "joint_points")
         faults.raise_any()
         assured_home, assured_screws = read_only(checked_home), read_only(checked_screws)
-        if points is None:
-            points = _nearest_points(assured_home, assured_screws)
+        if points is None:  # the point of each axis nearest to the link's centre of mass
+            centres = assured_home[:, :3, 3]
+            pairs = zip(assured_screws, centres, strict=True)
+            points = read_only([axis_point(screw, centre) if screw[:3].any() else centre for screw, centre in pairs])
         warnings = warn_of_inertias(checked_inertias, links) if check_inertias else []
         return cls(
             assured_home,
@@ -394,10 +396,3 @@ def _names(names: Sequence[str] | None, n: int, kind: str, faults: Faults) -> tu
     if len(names) != n or len(set(names)) != n:
         faults.add(f"{kind}_names", f"must be {n} different names", list(names))
     return tuple(str(name) for name in names)
-
-
-def _nearest_points(home: Array, screws: Array) -> Array:
-    """Default positions of the joints: the point of the axis nearest to the link's centre of mass."""
-    centres = home[:, :3, 3]
-    points = [axis_point(s, c) if s[:3].any() else c for s, c in zip(screws, centres, strict=True)]
-    return read_only(np.array(points))

@@ -190,19 +190,14 @@ def with_second_motors(arm: Arm, joints: Collection[int]) -> Arm:
             driven.append(len(owner))
             paths.append((*range(joint), len(owner)))
             owner.append(len(chains))
-            chains.append(_second(arm, joint))
+            name, rows = second_motor(arm.joint_names[joint]), _massless(arm, joint + 1)
+            joint_names, link_names = [*arm.joint_names[:joint], name], [*arm.link_names[:joint], name]
+            chains.append(Arm.from_screws(**rows, gravity=arm.gravity, joint_names=joint_names, link_names=link_names))
     return _shown(arm, Linkage(tuple(chains), Loops(tuple(paths), tuple(owner), tuple(driven), (), tuple(shared))))
 
 
 def second_motor(joint: str) -> str:
     return f"{joint}_motor_2"
-
-
-def _second(arm: Arm, joint: int) -> Arm:
-    """An arm up to one of its joints, without masses."""
-    rows, name = _massless(arm, joint + 1), second_motor(arm.joint_names[joint])
-    joints, links = [*arm.joint_names[:joint], name], [*arm.link_names[:joint], name]
-    return Arm.from_screws(**rows, gravity=arm.gravity, joint_names=joints, link_names=links)
 
 
 def _massless(arm: Arm, count: int) -> dict[str, Any]:

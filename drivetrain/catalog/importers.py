@@ -242,11 +242,7 @@ def table_text(records: Iterable[Mapping[str, str]], columns: Sequence[Column]) 
     used = [column for column in columns if column.needed or any(row.get(column.name) for row in rows)]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([_header(column) for column in used])
+    units = [column.unit if column.content == NUMBER and column.unit != "1" else "" for column in used]
+    writer.writerow([one.name + (f" [{unit}]" if unit else "") for one, unit in zip(used, units, strict=True)])
     writer.writerows([[row.get(column.name, "") for column in used] for row in rows])
     return stream.getvalue()
-
-
-def _header(column: Column) -> str:
-    physical = column.content == NUMBER and column.unit not in ("", "1")
-    return f"{column.name} [{column.unit}]" if physical else column.name

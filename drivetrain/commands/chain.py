@@ -122,9 +122,7 @@ def write_chosen(selection: Selection, target: Path) -> None:
             named["brake"] = joint.brake
         if task.amplifiers and joint.amplifier.key:
             both = [selection.evaluation.joints[name].amplifier for name in task.sharing or (task.name,)]
-            named["amplifier"] = max(
-                both, key=task.amplifiers.index
-            ).key  # of two motors, the amplifier of the one with the larger load
+            named["amplifier"] = max(both, key=task.amplifiers.index).key  # of two motors, that of the larger load
         if named:
             drives[task.name] = named
     write_files(target.parent, {target.name: with_drives(study.path, target, drives)})

@@ -87,12 +87,11 @@ def currents(
     from drivetrain.report.outputs import currents_csv
     from drivetrain.whole_files import write_files
 
+    plain = scale is None and out.suffix.lower() != ".csv"
     _, hertz, *_, loaded = inputs(
         lambda: writable(out, file=True),
         lambda: positive(rate, "Hz", "--rate"),
-        lambda: refuse(
-            scale is None and out.suffix.lower() != ".csv", "--out", "must end in .csv without --scale", out.name
-        ),
+        lambda: refuse(plain, "--out", "must end in .csv without --scale", out.name),
         lambda: refuse(basis and scale is None, "--basis", "needs --scale"),
         lambda: refuse(full_scale and scale is None, "--full-scale", "needs --scale"),
         lambda: load_chosen(study),

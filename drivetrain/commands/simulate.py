@@ -95,9 +95,8 @@ def simulate(
 ) -> bool:
     """Simulate the cycle of a study with its drives; or the free fall of an arm without drives, friction or losses."""
     if Path(what).suffix.lower() in STUDIES:
-        misplaced = _not_of(
-            "an arm without drives; the study says where it starts", {"--from": begin != "0 rad", "--tip": tip}
-        )
+        for_arms = {"--from": begin != "0 rad", "--tip": tip}
+        misplaced = _not_of("an arm without drives; the study says where it starts", for_arms)
         changes = {"effects": effects, "solver": solver and solver.value, "step": step, "tolerance": tolerance}
         return _run_study(Path(what), misplaced, changes, duration, resume, out, start, verify=verify)
     for_studies = {

@@ -249,11 +249,9 @@ def _summarise(study: Study, *, errors: bool) -> None:
     from drivetrain.study.model import pair_name
 
     cycle = study.cycle
-    say(
-        f"{study.name}: {len(study.joints)} joint{'s' * (len(study.joints) > 1)}, "
-        f"cycle of {cycle.duration:g} s in {len(cycle.time)} samples",
-        errors=errors,
-    )
+    joints = f"{len(study.joints)} joint{'s' * (len(study.joints) > 1)}"
+    samples = f"cycle of {cycle.duration:g} s in {len(cycle.time)} samples"
+    say(f"{study.name}: {joints}, {samples}", errors=errors)
     for task in study.joints:
         text = f"no drive given; {len(task.pairs)} pairs may be chosen"
         if task.drive is not None:
@@ -264,15 +262,10 @@ def _summarise(study: Study, *, errors: bool) -> None:
             say(f"  {line}", errors=errors)
     for severity, found in _catalog_findings(study).items():
         listed(f"{severity}s in the catalogues", found)
-    warnings_first = sorted(study.notes, key=lambda note: not note.startswith("warning:"))
-    listed("warnings and notes", warnings_first)
-    barred = [task.name for task in study.joints if task.drive is None and not task.pairs]
-    text = (
-        f"the study can be read, but nothing can be chosen for {', '.join(barred)}"
-        if barred
-        else "the study can be used"
-    )
-    say(text, errors=errors)
+    listed("warnings and notes", sorted(study.notes, key=lambda note: not note.startswith("warning:")))
+    barred = ", ".join(task.name for task in study.joints if task.drive is None and not task.pairs)
+    fit = f"the study can be read, but nothing can be chosen for {barred}" if barred else "the study can be used"
+    say(fit, errors=errors)
 
 
 def _catalog_findings(study: Study) -> dict[str, list[str]]:
@@ -286,10 +279,7 @@ def _catalog_findings(study: Study) -> dict[str, list[str]]:
     named = study.document.data.get("catalogs", [])
     folders = [named] if isinstance(named, str) else named
     found = [one for name in folders if name != SHIPPED_CATALOG for one in lint(study.document.folder / name)]
-    return {
-        str(severity): [str(one) for one in found if one.severity is severity]
-        for severity in (Severity.ERROR, Severity.WARNING)
-    }
+    return {str(severity): [str(one) for one in found if one.severity is severity] for severity in Severity}
 
 
 def options_beside(front: str | None, curves: list[str] | None, low: str | None, high: str | None) -> dict[str, Any]:

@@ -98,24 +98,17 @@ def family_lines(found: FamilySelection, names: Sequence[str]) -> list[str]:
     lines = []
     for joint in found.drives:
         motors, gears = zip(*(one.drives[joint] for one in found.evaluations), strict=True)
-        motor, gear = (
-            " / ".join(own if len({*own}) > 1 else own[:1]) for own in (motors, [g or "no gear" for g in gears])
-        )
+        each = (motors, [gear or "no gear" for gear in gears])
+        motor, gear = (" / ".join(own if len({*own}) > 1 else own[:1]) for own in each)
         lines.append(f"{joint}: {pair_name(motor, gear)}")
     for name, one in zip(names, found.evaluations, strict=True):
-        limited = (
-            "nothing was judged" if one.binding is None else f"limited by {one.binding[0]}: {_limit(one.binding[1])}"
-        )
+        limited = "nothing was judged"
+        if one.binding is not None:
+            limited = f"limited by {one.binding[0]}: {_limit(one.binding[1])}"
         lines.append(f"{name}: {one.verdict}, {limited}")
     unit = objective_tail(found.evaluations[0].study, " ")
     proof_text = "proven to be the least" if found.proven else f"not proven, at least {found.bound:.4g}{unit}"
     return [*lines, f"{found.evaluations[0].study.objective} of a member: {found.objective:.4g}{unit}, {proof_text}"]
-
-
-def part_lines(evaluation: Evaluation) -> list[str]:
-    """Maker's names of the parts, each once."""
-    rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
-    return list(dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row)))
 
 
 def _largest(joint: JointResult, names: tuple[str, ...]) -> float | None:
@@ -141,11 +134,12 @@ def verdict_lines(result: Evaluation | Selection) -> list[Text]:
         lines += [Text(line, "dim") for line in set_lines(selection)]
         lines += [Text(f"advice: {line}") for line in selection.advice]
     missing = sum(check.verdict is Verdict.NOT_CHECKED for _, check in placed_checks(evaluation))
-    lines += [Text(line, "dim") for line in part_lines(evaluation)]
+    rows = [row for joint in evaluation.joints.values() for row in (joint.drive.motor, joint.drive.gear)]
+    named_parts = dict.fromkeys(f"{row.key}: {identity(row)}" for row in rows if row.key and identity(row))
+    lines += [Text(line, "dim") for line in named_parts]
     if missing:
-        lines.append(
-            Text(f"{missing} checks not evaluated, or for information only: the report says which and why", "dim")
-        )
+        words = "checks not evaluated, or for information only: the report says which and why"
+        lines.append(Text(f"{missing} {words}", "dim"))
     return lines
 
 
@@ -170,8 +164,9 @@ def _explained(evaluation: Evaluation, joints: Collection[str], checks: Collecti
     for name, joint in evaluation.joints.items():
         found = [one for one in joint.checks if not checks or one.name in checks]
         if found and (not joints or name in joints):
-            yield f"{name}: {_parts(joint)}"
             drive = joint.drive  # sources of its rows are given once, not with every check
+            gear = named(drive.gear.key, drive.gear) if joint.gear else ""
+            yield f"{name}: {pair_name(named(drive.motor.key, drive.motor), gear)}"
             rows = [(kind, row) for kind, row in (("motor", drive.motor), ("gear", drive.gear)) if row.source]
             yield from (f"    {kind} {row.key}: {row.source}" for kind, row in rows)
             yield f"    {_constants(drive)}"
@@ -234,12 +229,6 @@ def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str
         ("remark", check.remark),
     )
     yield from (f"    {name:<8} {text}" for name, text in lines if text)
-
-
-def _parts(joint: JointResult) -> str:
-    """The drive of a joint: keys and maker's names."""
-    motor, gear = joint.drive.motor, joint.drive.gear
-    return pair_name(named(motor.key, motor), named(gear.key, gear) if joint.gear else "")
 
 
 def fastest_lines(found: Fastest) -> Iterator[str]:

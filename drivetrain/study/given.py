@@ -127,7 +127,10 @@ def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: A
     entries: dict[str, Any] = {name: dict(one) if isinstance(one, Mapping) else one
                                for name, one in (joints or {}).items()}  # fmt: skip
     if isinstance(drives, list) and all(isinstance(pair, tuple | list) for pair in drives):
-        drives = _by_joint(data, drives)
+        names = [name for name, _ in _joints(data)]
+        if names and len(names) != len(drives):
+            raise InputError(Fault("drives", f"must be one for each of {', '.join(names)}", len(drives)))
+        drives = dict(zip(names, drives, strict=False))
     single = drives is not None and not (isinstance(drives, Mapping) and not {"motor", "gear"} & set(drives))
     for name, one in entries.items():
         if not isinstance(one, dict):
@@ -142,14 +145,6 @@ def add_joints(data: dict[str, Any], joints: Mapping[str, Any] | None, drives: A
     if "motors" in data and "gears" in data:
         data.setdefault("catalogs", [])
     data["joints"] = entries
-
-
-def _by_joint(data: Mapping[str, Any], drives: list[Any]) -> dict[str, Any]:
-    """Drives by joint name, from a list in the order of the arm's joints."""
-    names = [name for name, _ in _joints(data)]
-    if names and len(names) != len(drives):
-        raise InputError(Fault("drives", f"must be one for each of {', '.join(names)}", len(drives)))
-    return dict(zip(names, drives, strict=False))
 
 
 def _pair(data: dict[str, Any], pair: Any, place: str) -> Any:

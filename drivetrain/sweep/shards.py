@@ -71,7 +71,10 @@ def shard_path(out: Path, shard: int) -> Path:
 
 def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence[Row]) -> None:
     """Write the rows of one shard, completely or not at all."""
-    schema = _schema(sweep).with_metadata({_DIGEST: f"{digest}:{shard}".encode()})
+    varied, words = ([(name, pa.string()) for name in names] for names in (sweep.names, WORDS))
+    numbers = [(name, pa.float64()) for name in NUMBERS]
+    columns = [("point", pa.int64()), *varied, ("feasible", pa.bool_()), *numbers, *words]  # whatever the rows are
+    schema = pa.schema(columns, {_DIGEST: f"{digest}:{shard}".encode()})
     table = pa.Table.from_pylist(list(rows), schema=schema)
     place = shard_path(out, shard)
     place.parent.mkdir(parents=True, exist_ok=True)
@@ -117,14 +120,6 @@ def read_results(out: str | Path) -> pd.DataFrame:
     table = pa.concat_tables([pq.read_table(file).replace_schema_metadata(None) for file in files])
     frame: pd.DataFrame = table.to_pandas()
     return frame
-
-
-def _schema(sweep: Sweep) -> pa.Schema:
-    """The columns of a shard, independent of its rows."""
-    varied = [(name, pa.string()) for name in sweep.names]
-    numbers = [(name, pa.float64()) for name in NUMBERS]
-    words = [(name, pa.string()) for name in WORDS]
-    return pa.schema([("point", pa.int64()), *varied, ("feasible", pa.bool_()), *numbers, *words])
 
 
 def _digest_of(place: Path) -> str:

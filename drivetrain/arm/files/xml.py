@@ -71,7 +71,10 @@ def _expanded(path: Path) -> bytes:
         raise InputError(Fault(str(path), problem, hint='install it with: pip install "drivetrain[xacro]"'))
     if os.environ.get(TRUSTED):
         return _trusted(path)
-    command = [sys.executable, "-P", str(EXPAND), str(path.resolve()), *map(str, _roots(path))]
+    own = path.resolve().parent
+    package = next((one for one in (own, *own.parents) if (one / "package.xml").is_file()), own)
+    roots = [package, *_stated_roots()]  # folders whose files it may include
+    command = [sys.executable, "-P", str(EXPAND), str(path.resolve()), *map(str, roots)]
     around = {"PYTHONPATH": os.pathsep.join(one for one in sys.path if one), "PYTHONIOENCODING": "utf-8"}
     kept = {name: os.environ[name] for name in ("SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
     try:
@@ -94,13 +97,6 @@ def _hint(path: Path, said: str) -> str:
     if found := ARGUMENT_SOUGHT.search(said):
         return f"xacro {path.name} {found[1]}:=VALUE > arm.urdf gives a file without arguments"
     return TRUST if any(word in said for word in REFUSALS) else ""
-
-
-def _roots(path: Path) -> list[Path]:
-    """The folders whose files a xacro file may include: its own, its package, and those that ROS states."""
-    own = path.resolve().parent
-    package = next((one for one in (own, *own.parents) if (one / "package.xml").is_file()), own)
-    return [package, *_stated_roots()]
 
 
 def _stated_roots() -> list[Path]:

@@ -73,10 +73,8 @@ def front_charts(found: Front, chosen: DriveSet | None = None) -> tuple[Chart, .
                               tips=[f"chosen\n{drives_text(chosen.drives)}"]))  # fmt: skip
         for name, values in ((x, across), (y, up)):
             if name == "utilisation" and len(values) and values.max() > NEAR_LIMIT:
-                at, none = [100.0], ()
-                marks.append(
-                    Mark("rule", at if name == x else none, at if name == y else none, colour=VERMILLION, dash=True)
-                )
+                along, above = ([100.0], []) if name == x else ([], [100.0])
+                marks.append(Mark("rule", along, above, colour=VERMILLION, dash=True))
         charts.append(Chart(f"sets of drives over {AXES[x]} and {AXES[y]}", AXES[x], AXES[y], marks, height=360))
     return tuple(charts)
 
@@ -87,11 +85,8 @@ def _criterion(points: Sequence[DriveSet], name: str) -> Array:
 
 
 def _shown(point: DriveSet) -> list[tuple[str, float]]:
-    return [
-        (name, float(_criterion([point], name)[0]))
-        for name in AXES
-        if not math.isnan(point.criteria.get(name, math.nan))
-    ]
+    known = [name for name in AXES if not math.isnan(point.criteria.get(name, math.nan))]
+    return [(name, float(_criterion([point], name)[0])) for name in known]
 
 
 def knee(found: Front) -> int | None:

@@ -114,12 +114,11 @@ def tornado_chart(tornado: Tornado) -> Chart:
     for name, colour in (("low", BLUE), ("high", ORANGE)):
         ends = [min(100.0 * getattr(bar, f"at_{name}"), 1000.0) for bar in bars]
         label = f"number at its {'lower' if name == 'low' else 'upper'} end"
-        marks.append(
-            Mark("bars", [middle] * len(bars), range(len(bars)), to=ends, label=label, colour=colour, size=0.7)
-        )
+        start, places = [middle] * len(bars), range(len(bars))
+        marks.append(Mark("bars", start, places, to=ends, label=label, colour=colour, size=0.7))
         tips = [f"{row}: {percent(getattr(bar, f'at_{name}'))}, {_share(bar)} of the variance"
                 for row, bar in zip(rows, bars, strict=True)]  # fmt: skip
-        marks.append(Mark("points", ends, range(len(bars)), colour=colour, size=6, tips=tips))
+        marks.append(Mark("points", ends, places, colour=colour, size=6, tips=tips))
     marks += [Mark("rule", x=[middle], colour="ink"), Mark("rule", x=[100.0], colour=VERMILLION)]
     return Chart(f"{tornado.joint}: what each tolerance alone does to {tornado.check}",
                  f"{tornado.joint}: {tornado.check} [% of the limit]", "", marks, rows=rows,

@@ -160,10 +160,8 @@ def _lines(
     marks = []
     order = list(dict.fromkeys(name.partition(".")[0] for name in recording.series if "." in name))
     for joint, values in curves.items():
-        colour, own = (
-            JOINT_COLOURS[order.index(joint) % len(JOINT_COLOURS)],
-            convert(values, unit, shown) if known else values,
-        )
+        colour = JOINT_COLOURS[order.index(joint) % len(JOINT_COLOURS)]
+        own = convert(values, unit, shown) if known else values
         marks.append(Mark("line", recording.time, own, label=joint, colour=colour))
         limit = (limits or {}).get(joint)
         if limit and limit < 1.05 * float(np.abs(values).max()):
@@ -257,9 +255,8 @@ def energy_charts(recording: Recording) -> tuple[Chart, ...]:
 def worst(row: EffectCost, tip: float) -> tuple[float, ...]:
     """Largest signed change of each quantity over all joints [-], NaN if unknown; ``tip``: reference of the tip [m]."""
     columns = zip(*(_shares(change, tip) for change in row.changes.values()), strict=True)
-    return tuple(
-        max((v for v in column if not math.isnan(v)), key=abs, default=math.nan) for column in map(tuple, columns)
-    )
+    known = ([value for value in column if not math.isnan(value)] for column in columns)
+    return tuple(max(column, key=abs, default=math.nan) for column in known)
 
 
 def _shares(change: Change, tip: float) -> tuple[float, ...]:
@@ -278,9 +275,8 @@ def effects_charts(found: EffectCosts) -> tuple[Chart, Chart]:
                           colour=colour, size=0.9 * height))  # fmt: skip
     times = [row.time for row in found.rows]
     cost = [Mark("bars", [1.0] * len(rows), range(len(rows)), to=times, colour="muted", size=0.5)]
-    cost += [
-        Mark("text", [max(time, 1.0)], [row], label=f"×{time:.2f}", colour="ink") for row, time in enumerate(times)
-    ]
+    for row, time in enumerate(times):
+        cost.append(Mark("text", [max(time, 1.0)], [row], label=f"×{time:.2f}", colour="ink"))
     tall = 90 + 48 * max(len(rows), 1)
     return (
         Chart("largest change when an effect is left out", "largest change at any joint when left out [%]", "", marks,
@@ -338,9 +334,8 @@ def auto_charts(found: AutoChoice) -> tuple[Chart, ...]:
             (proof.measured, "measured", BLUE, 0.3),
         ):
             ends = [100.0 * abs(_shares(changes[joint], scale)[k]) for joint in joints]
-            marks.append(
-                Mark("bars", [0.0] * len(joints), range(len(joints)), to=ends, label=label, colour=colour, size=size)
-            )
+            start, rows = [0.0] * len(joints), range(len(joints))
+            marks.append(Mark("bars", start, rows, to=ends, label=label, colour=colour, size=size))
         if not any(end > 0.0 for mark in marks for end in mark.to):  # the tip of an arm belongs to no joint
             continue
         marks.append(Mark("rule", x=[100.0 * found.tolerance], colour=VERMILLION, label="tolerance"))

@@ -18,7 +18,7 @@ from drivetrain.report.charts.run_charts import (
 )
 from drivetrain.report.json_text import job_data, json_text, picked
 from drivetrain.report.pages.loops_page import bode_section
-from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.sheet import Chip, Row, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, with_unit
 from drivetrain.report.words import End, end_of
@@ -59,7 +59,7 @@ def _share(value: float) -> str:
 def _effects(found: EffectCosts, end: End) -> Section:
     changes, times = effects_charts(found)
     tip = found.full.tip_deviation
-    rows: tuple[tuple[str | Chip, ...], ...] = tuple(
+    rows: tuple[Row, ...] = tuple(
         (
             row.label, *(_share(value) for value in worst(row, tip)), chip(row.verdict), f"{row.time:.2f}",
             f"{row.work:.2f}",
@@ -104,7 +104,7 @@ def _auto(found: AutoChoice, end: End) -> Section:
 
 
 def _judged(found: AutoChoice, end: End) -> SheetTable:
-    rows: tuple[tuple[str | Chip, ...], ...] = tuple(
+    rows: tuple[Row, ...] = tuple(
         (
             one.label, one.choice.joint, "kept" if one.kept else Chip("left out", "pass"),
             *(_bound(value) for value in one.estimate.shares), end.far(one.estimate.tip),

@@ -37,13 +37,9 @@ def assumption_groups(evaluation: Evaluation, *, briefly: bool = False) -> list[
         _silent_sheets(evaluation),
         _standstill(evaluation, briefly),
         _friction(study),
-        Group("Warnings and notes", (), _unique([*study.notes, *study.catalog.notes])),
+        Group("Warnings and notes", (), tuple(dict.fromkeys([*study.notes, *study.catalog.notes]))),
     ]
     return [group for group in groups if group.lines or group.notes]
-
-
-def _unique(notes: list[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(notes))
 
 
 def _task(study: Study) -> Group:
@@ -63,7 +59,7 @@ def _task(study: Study) -> Group:
     lines.append(("segments", ", ".join(cycle.segment_names)))
     lines += [("payload", f"{body.name}, {with_unit(body.mass, 'kg')}") for body in study.payloads]
     notes = () if study.drive_mass is None else (DRIVE_MASS[study.drive_mass],)
-    return Group("Task", tuple(lines), (*notes, *_unique([*cycle.notes])))
+    return Group("Task", tuple(lines), (*notes, *dict.fromkeys(cycle.notes)))
 
 
 def _surroundings(study: Study) -> Group:
@@ -129,16 +125,12 @@ def _heat(evaluation: Evaluation) -> Group:
     lines = [line for line in lines if line[1]]
     lines += [(f"gear of {name}", _gear_heat(evaluation.study, joint)) for name, joint in evaluation.joints.items()
               if joint.gear_loss is not None]  # fmt: skip
-    frameless = [joint.name for joint in evaluation.joints.values() if joint.drive.motor.frameless]
-    notes = (
-        (
-            "Continuous torque of a frameless motor is a property of motor and housing: confirm the thermal "
-            "resistance to ambient of the real mounting.",
-        )
-        if frameless
-        else ()
+    frameless = any(motor.frameless for motor in motors)
+    note = (
+        "Continuous torque of a frameless motor is a property of motor and housing: confirm the thermal resistance to "
+        "ambient of the real mounting."
     )
-    return Group("Heat", tuple(lines), notes)
+    return Group("Heat", tuple(lines), (note,) if frameless else ())
 
 
 def _gear_heat(study: Study, joint: JointResult) -> str:
@@ -198,9 +190,7 @@ def _standstill(evaluation: Evaluation, briefly: bool) -> Group:
         for remark in joint.remarks:
             said.setdefault(remark, []).append(joint.name)
     count = len(evaluation.joints)
-    notes = [
-        remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()
-    ]  # fmt: skip
+    notes = [remark if len(names) == count else f"{', '.join(names)}: {remark}" for remark, names in said.items()]
     held = {name: _held(figures) for name, figures in ({} if briefly else holding_figures(evaluation)).items()}
     notes += [f"{name} holds a load at rest: {values}" for name, values in held.items() if values]
     return Group("How losses and standstill are counted", (), tuple(notes))

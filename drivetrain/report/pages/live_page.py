@@ -83,9 +83,8 @@ class LivePage:
         values, drives, ratios, faults = _read(request)
         for name, value in values.items():
             if name not in self.controls:
-                faults.append(
-                    Fault(name, "is not a quantity that can be changed", value, nearest(name, list(self.controls)))
-                )
+                hint = nearest(name, self.controls)
+                faults.append(Fault(name, "is not a quantity that can be changed", value, hint))
             elif not (least := LEAST[self.controls[name].vary]) <= value <= LARGEST:
                 unit = self.controls[name].unit
                 faults.append(Fault(name, f"must be from {least:g} to {LARGEST:g} {unit}", value))

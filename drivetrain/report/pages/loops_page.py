@@ -71,17 +71,9 @@ def _section(one: JointLoops) -> Section:
     gain, phase = bode_charts(one.joint, one.design, None if one.light is one.design else one.light)
     word, css = ("settles", "pass") if one.stable else ("does not settle", "fail")
     lead = f"Limited by {_limited(one)}." if one.stable else f"No gains settle: {_limited(one)}."
-    figures = (
-        (gain, ""),
-        (
-            phase,
-            "Open speed loop and open position loop, drawn with the heaviest load of the cycle; dots are crossovers.",
-        ),
-        (
-            step_chart(one),
-            "Motor's angle after a step of its command, without speed feedforward and below the current limit.",
-        ),
-    )
+    bode = "Open speed loop and open position loop, drawn with the heaviest load of the cycle; dots are crossovers."
+    step = "Motor's angle after a step of its command, without speed feedforward and below the current limit."
+    figures = ((gain, ""), (phase, bode), (step_chart(one), step))
     tables: tuple[SheetTable, ...] = (_gains(one, one.design, "Gains"),)
     faster = one.design.with_notch
     if faster is not None and faster.notch is not None:
@@ -157,10 +149,8 @@ def _poles(one: JointLoops) -> SheetTable:
     """Poles of the closed cascade, slowest first, without those that decay within a sample period."""
     rows = []
     for load, design in (("heaviest", one.design), ("lightest", one.light)):
-        shown = [
-            pole for pole in design.poles if pole.imag >= 0.0 and pole.real * one.timing.period > -math.pi and pole
-        ]
-        for pole in sorted(shown, key=abs):
+        upper = [pole for pole in design.poles if pole.imag >= 0.0 and pole]
+        for pole in sorted((p for p in upper if p.real * one.timing.period > -math.pi), key=abs):
             natural = abs(pole)
             fades = _of(-1e3 / pole.real, "ms") if pole.real < 0.0 else "grows"
             rows.append((load, _of(natural / TURN, "Hz"), number(-pole.real / natural), fades))
@@ -194,14 +184,11 @@ def _plant(one: JointLoops) -> SheetTable:
         ("anti-resonance", *(_of(d.anti_resonance / TURN if stiff else None, "Hz") for d in (light, heavy))),
         ("resonance", *(_of(d.resonance / TURN if stiff else None, "Hz") for d in (light, heavy))),
         ("speed loop's crossover as designed", *(_of(d.speed_bandwidth / TURN, "Hz") for d in (light, heavy))),
-        ("speed gain over that permitted by the sampling, rigid joint", *(_share(d) for d in (light, heavy))),
+        ("speed gain over that permitted by the sampling, rigid joint",
+         *(number(d.sampled_share) if d.sampled_share else DASH for d in (light, heavy))),
         ("nearest to −1 at", *(_of(d.critical_frequency / TURN, "Hz") for d in (light, heavy))),
-    )
+    )  # fmt: skip
     return SheetTable(("quantity", "lightest load", "heaviest load"), rows, "Plant", (1, 2))
-
-
-def _share(design: LoopDesign) -> str:
-    return number(design.sampled_share) if design.sampled_share else DASH
 
 
 def _of(value: float | None, unit: str) -> str:

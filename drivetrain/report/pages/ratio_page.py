@@ -10,7 +10,7 @@ from drivetrain.errors import Fault, InputError
 from drivetrain.report.charts.answer_charts import free_ratio_charts, ratio_charts
 from drivetrain.report.charts.chart import captioned
 from drivetrain.report.json_text import job_data, json_text, picked
-from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.sheet import Chip, Row, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, anchor, chip
 from drivetrain.report.quantities import DASH, number, percent, with_unit
 from drivetrain.sizing.answers.free_ratio import FreeJoint, FreeRatios
@@ -40,7 +40,7 @@ def ratio_report(studies: Sequence[RatioStudy]) -> str:
     return sheet(studies[0].study, "Gear ratios", [_overview(studies), *map(_joint, studies), method])
 
 
-def ratio_rows(found: RatioStudy) -> list[tuple[str | Chip, ...]]:
+def ratio_rows(found: RatioStudy) -> list[Row]:
     nothing = RatioWindow(math.nan, math.nan, found.best.binding_words, found.best.binding_words)
     return [
         (

@@ -35,12 +35,15 @@ class Chip:
     css: str  # pass, marginal, fail or unchecked
 
 
+Row = tuple[str | Chip, ...]
+
+
 @dataclass(frozen=True)
 class SheetTable:
     """A table of texts."""
 
     headings: tuple[str, ...]
-    rows: tuple[tuple[str | Chip, ...], ...]
+    rows: tuple[Row, ...]
     title: str = ""
     numeric: tuple[int, ...] = ()  # columns that hold numbers
 

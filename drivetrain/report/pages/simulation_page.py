@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivetrain.report.charts.run_charts import FRICTION, run_charts
-from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.sheet import Row, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
 from drivetrain.report.words import common_unit, end_of, required_text
@@ -117,7 +117,7 @@ def _decided(made: Decision, recording: Recording) -> SheetTable:
 
 
 def _checks(made: Decision) -> SheetTable:
-    rows: list[tuple[str | Chip, ...]] = []
+    rows: list[Row] = []
     for name, checks in made.checks.items():
         for check in checks:
             if check.utilisation is not None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from drivetrain.report.charts.answer_charts import OBJECTIVES, sweep_chart, varied_name
-from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.sheet import Chip, Row, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent
 from drivetrain.report.words import HEADINGS
 from drivetrain.study.model import Study
@@ -31,15 +31,13 @@ def sweep_report(study: Study, results: pd.DataFrame, names: Sequence[str]) -> s
     numeric = (len(names) + 1, len(names) + 2)
     table = SheetTable(headings, _rows(shown, names), numeric=numeric)
     notes = ("The shards hold every point; " + f"the first {MOST_ROWS} are shown here.",) * (len(results) > MOST_ROWS)
-    figures = (
-        ((picture, "Each mark is one point; crosses at the foot: no set fits there."),) if picture is not None else ()
-    )
-    return sheet(
-        study, "Sweep", [Section("Every point", "points", lead=(lead,), figures=figures, tables=(table,), notes=notes)]
-    )
+    caption = "Each mark is one point; crosses at the foot: no set fits there."
+    figures = () if picture is None else ((picture, caption),)
+    section = Section("Every point", "points", lead=(lead,), figures=figures, tables=(table,), notes=notes)
+    return sheet(study, "Sweep", [section])
 
 
-def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[tuple[str | Chip, ...], ...]:
+def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[Row, ...]:
     """The points; of drives only what differs from the last point above that has some."""
     rows, before = [], dict[str, str]()
     for _, row in results.iterrows():
@@ -53,7 +51,7 @@ def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[tuple[str | Chip
     return tuple(rows)
 
 
-def _row(row: pd.Series, names: Sequence[str], drives: str) -> tuple[str | Chip, ...]:
+def _row(row: pd.Series, names: Sequence[str], drives: str) -> Row:
     """One point as texts."""
     verdict = str(row["verdict"])
     nearest = " of ".join(part for part in (row["binding_check"], row["binding_joint"]) if part)

@@ -11,7 +11,7 @@ from drivetrain.report.charts.answer_charts import NAMES, curve_charts, front_ch
 from drivetrain.report.charts.chart import JOINT_COLOURS, Chart, captioned
 from drivetrain.report.json_text import drives_data, job_data, json_text, picked
 from drivetrain.report.pages.proof_section import work_done
-from drivetrain.report.pages.sheet import Chip, Extra, Section, SheetTable, sheet
+from drivetrain.report.pages.sheet import Chip, Extra, Row, Section, SheetTable, sheet
 from drivetrain.report.quantities import DASH, number, percent, printed_unit
 from drivetrain.report.words import CRITERIA, HEADINGS, objective_tail
 from drivetrain.sizing.answers.curve import CurvePiece, OptimumCurve
@@ -77,14 +77,10 @@ def unit_of(name: str) -> str:
 
 def front_lines(found: Front) -> list[str]:
     """The sets for the terminal."""
-    lines = [
-        ", ".join(
-            f"{name} {criterion_text(name, point.criteria.get(name, math.nan))}"
-            for name in CRITERIA
-            if _known(point, name)
-        )
-        for point in found.points
-    ]
+    lines = []
+    for point in found.points:
+        known = [name for name in CRITERIA if _known(point, name)]
+        lines.append(", ".join(f"{name} {criterion_text(name, point.criteria[name])}" for name in known))
     if found.chances:
         lines = [f"{line}, probability {chance_text(one)}" for line, one in zip(lines, found.chances, strict=True)]
     more = len(lines) - MOST_LISTED
@@ -127,24 +123,19 @@ def chance_text(chance: Chance) -> str:
     return f"{100.0 * chance.probability:.1f} ± {100.0 * chance.standard_error:.1f}\u00a0%"
 
 
-def _value(point: DriveSet, name: str) -> str:
-    """A criterion without its unit, which stands in the heading."""
-    value = point.criteria.get(name, math.nan)
-    return percent(value) if name == "utilisation" else number(value, 4)
-
-
 def _and(names: tuple[str, ...]) -> str:
     return " and ".join((", ".join(names[:-1]), names[-1])) if len(names) > 1 else names[0] if names else "nothing"
 
 
 def _front_tables(found: Front, chosen: DriveSet | None) -> tuple[SheetTable, ...]:
     shown = [name for name in CRITERIA if any(_known(point, name) for point in found.points)]
-    rows: list[tuple[str | Chip, ...]] = []
+    rows: list[Row] = []
     for index, point in enumerate(found.points, 1):
-        cells = (str(index), *(_value(point, name) for name in shown))
+        values = [(name, point.criteria.get(name, math.nan)) for name in shown]  # without units: those of the headings
+        cells = (str(index), *(percent(x) if name == "utilisation" else number(x, 4) for name, x in values))
         if found.chances:
             cells = (*cells, chance_text(found.chances[index - 1]))
-        mark: tuple[str | Chip, ...] = () if chosen is None else ("",)
+        mark: Row = () if chosen is None else ("",)
         if chosen is not None and point.drives == chosen.drives:
             mark = (Chip("chosen", "pass"),)
         rows.append((*cells, *mark))
@@ -152,14 +143,13 @@ def _front_tables(found: Front, chosen: DriveSet | None) -> tuple[SheetTable, ..
     headings = ("set", *(CRITERIA[name] for name in shown), *scatter, *(("",) if chosen is not None else ()))
     return (
         SheetTable(headings, tuple(rows), "Sets of the front", tuple(range(len(shown) + 1 + len(scatter)))),
-        _drives_table(
-            found.study, "set", "Their drives (same: as in the row above)", (point.drives for point in found.points)
-        ),
+        _drives_table(found.study, "set", "Their drives", (point.drives for point in found.points)),
     )
 
 
 def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str, Pair]]) -> SheetTable:
     """Table of the drives of sets by joint; a drive equal to that in the row above is not repeated."""
+    title += " (same: as in the row above)"
     names, rows, before = [task.name for task in study.joints], [], dict[str, Pair]()
     for index, drives in enumerate(sets, 1):
         cells = [
@@ -182,12 +172,7 @@ def curve_section(found: OptimumCurve) -> Section:
         f"Each colour is one set of drives{', colours come again' if many else ''}: point at it for them; "
         "dashed is the study's own value. Red: no set fits. Amber dashes: the required reserve begins."
     )
-    drives = _drives_table(
-        found.study,
-        "piece",
-        "Drives of each piece (same: as in the row above)",
-        (piece.drives for piece in found.pieces),
-    )
+    drives = _drives_table(found.study, "piece", "Drives of each piece", (piece.drives for piece in found.pieces))
     tables = (_pieces(found), *_chances(found), drives)
     word, css = ("proven", "pass") if found.proven else ("not all proven", "marginal")
     return Section(
@@ -245,9 +230,7 @@ def curve_lines(found: OptimumCurve) -> list[str]:
             continue
         before = found.pieces[index - 1].drives if index else {}
         worth = f"{_between([point.objective for point in piece.points])}{objective_tail(found.study)}"
-        changed = [
-            f"{name}: {pair_name(*pair)}" for name, pair in piece.drives.items() if before.get(name) != pair
-        ]  # fmt: skip
+        changed = [f"{name}: {pair_name(*pair)}" for name, pair in piece.drives.items() if before.get(name) != pair]
         lines.append(f"{span}: {worth}; {', '.join(changed) or 'as before'}")
     return lines
 

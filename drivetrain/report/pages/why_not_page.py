@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from drivetrain.report.pages.sheet import Chip, Section, SheetTable, sheet
+from drivetrain.report.pages.sheet import Chip, Row, Section, SheetTable, sheet
 from drivetrain.report.pages.views import anchor, check_row
 from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import check_sentence, objective_tail
@@ -37,8 +37,7 @@ def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
 
 def change_sentence(change: SmallestChange) -> str:
     """One kind of change in words."""
-    gear = "" if change.gear is None else _gear(change)
-    before = with_unit(change.before, change.unit)
+    gear, before = _gear(change), with_unit(change.before, change.unit)
     if change.after is None:
         return f"{change.what.capitalize()}: no change helps; {change.reason}.{gear}"
     after = f"{number(_safe(change.after, change.before))}\u00a0{change.unit}".rstrip("\u00a0")
@@ -65,14 +64,10 @@ def _safe(after: float, before: float) -> float:
     return step * (math.ceil(steps) if after > before else math.floor(steps))
 
 
-def _parts_text(found: WhyNot) -> str:
-    gear = "a direct drive" if found.gear == "" else found.gear
-    return " with ".join(part for part in (found.motor, gear) if part)
-
-
 def _standing(found: WhyNot, answer: PairAnswer) -> str:
     if answer.standing is Standing.NO_PARTNER:
-        return f"{answer.joint}: {_parts_text(found)} has no partner here."
+        parts = (found.motor, "a direct drive" if found.gear == "" else found.gear)
+        return f"{answer.joint}: {' with '.join(filter(None, parts))} has no partner here."
     meet = f"{answer.holding} of which meet{'s' * (answer.holding == 1)} all limits"
     some = f" (the best of {answer.partners} pairs, {meet})" if answer.partners > 1 else ""
     nominal = " with nominal values" if found.selection.choice is not None else ""
@@ -125,7 +120,7 @@ def _section(found: WhyNot, answer: PairAnswer) -> Section:
     )  # fmt: skip
 
 
-def _change_row(change: SmallestChange) -> tuple[str | Chip, ...]:
+def _change_row(change: SmallestChange) -> Row:
     before, gear = with_unit(change.before, change.unit), _gear(change)
     if change.after is None:
         return (change.what, before, "–", "–", Chip("no change helps", "fail"), f"{change.reason}.{gear}")
