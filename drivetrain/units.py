@@ -210,7 +210,6 @@ def _unit(text: str) -> _Unit:
 
 @lru_cache(maxsize=1)
 def _dimension_names() -> dict[frozenset[tuple[str, float]], str]:
-    """Names of the known dimensions."""
     return {frozenset(_unit(unit).dimension.items()): name for unit, name in reversed(NAMES.items())}
 
 
@@ -248,7 +247,6 @@ def _radian_left_out(found: _Unit, wanted: _Unit) -> bool:
 
 
 def _angle_hint(found: _Unit, wanted: _Unit) -> str:
-    """The hint if the dimensions differ only by an angle."""
     bases = [{base: power for base, power in unit.dimension.items() if base != "[angle]"} for unit in (found, wanted)]
     if bases[0] != bases[1]:
         return ""
@@ -342,7 +340,6 @@ def _split_number(value: Any, unit: str) -> tuple[float, str]:
 
 
 def _check_range(value: float, unit: str, minimum: float | None, maximum: float | None, above: float | None) -> None:
-    """Raise ``NotAUnitError`` for a value outside the range."""
     shown = f" {unit}" if unit not in PURE else ""
     if minimum is not None and value < minimum:
         raise NotAUnitError(f"must be at least {minimum:g}{shown}")

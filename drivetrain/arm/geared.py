@@ -87,7 +87,6 @@ def _checked_level(level: RotorLevel) -> RotorLevel:
 
 
 def _mounted(arm: Arm, joint: int, rotor: Rotor | None) -> MountedRotor | None:
-    """The rotor with all defaults resolved."""
     place = f"rotors[{joint}]"
     if rotor is None:
         return None

@@ -124,7 +124,6 @@ def _searched(arm: Arm, wanted: Array, q: Array, rows: slice) -> tuple[Array, Ar
 
 
 def _damped(jacobian: Array, error: Array, damping: float) -> Array:
-    """The damped least-squares step."""
     square = jacobian @ jacobian.T + (damping + 1e-15) * np.eye(len(error))
     return np.asarray(jacobian.T @ np.linalg.solve(square, error))
 

@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from drivetrain.arm.checks import TOLERANCE, checked_inertia, checked_pose, checked_screw
-from drivetrain.arrays import Array, axes_of, frozen_array, read_only
+from drivetrain.arrays import Array, axes_of, checked_number, read_only
 from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.inertia import RigidBody
 
@@ -97,19 +97,15 @@ class MountedRotor(Rotor):
         return float(axis @ self.inertia @ axis + self.mass * (arm @ arm))
 
 
-def _scalar(value: object, name: str) -> float:
-    return float(frozen_array(value, (), name))
-
-
 def _ratio(value: float) -> float:
-    ratio = _scalar(value, "ratio")
+    ratio = checked_number(value, "ratio", "-")
     if ratio == 0.0:
         raise InputError(Fault("ratio", "must not be zero", value, "a direct drive has None for a rotor, or ratio 1"))
     return ratio
 
 
 def _not_negative(value: object, name: str, unit: str) -> float:
-    number = _scalar(value, name)
+    number = checked_number(value, name, unit)
     if number < 0.0:
         raise InputError(Fault(name, f"must not be negative [{unit}]", number))
     return number

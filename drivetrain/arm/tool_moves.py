@@ -120,15 +120,13 @@ def tool_motion(
             else:
                 block = joint_move(q, _goal(arm, q, group[0]), law, None, bounds, sample_time)
         except InputError as error:
-            raise InputError([_inside(place, fault) for fault in error.faults]) from None
+            inner = [f"{place}: {fault.place}" if fault.place else place for fault in error.faults]
+            faults = [replace(fault, place=at) for fault, at in zip(error.faults, inner, strict=True)]
+            raise InputError(faults) from None
         q = block[-1, 1 : 1 + arm.n]
         blocks += [block, rest(q, 0.0, group[-1].dwell)]
     motion = joined(name, arm.joint_names, blocks, f"{len(moves)} moves, {type(law).__name__} profile")
     return replace(motion, notes=(*motion.notes, *notes))
-
-
-def _inside(place: str, fault: Fault) -> Fault:
-    return Fault(f"{place}: {fault.place}" if fault.place else place, fault.problem, fault.value, fault.hint)
 
 
 def _check_moves(moves: Sequence[Move], here: str) -> None:
@@ -232,7 +230,11 @@ def _run(
 
 def _path_limits(path: ToolPath, tool: ToolLimits) -> PathLimits:
     """Limits of the path coordinate (share of the path covered) from those of the tool, at the fastest points."""
-    _check_tool(tool)
+    raise_faults(
+        Fault(f"tool {name.replace('_', ' ')}", "must be above 0", value)
+        for name, value in vars(tool).items()
+        if value is not None and not value > 0.0
+    )
     samples = path.at(np.linspace(0.0, path.length, GRID + 1))
     way, bend = (float(np.linalg.norm(x[:, 3:], axis=1).max()) for x in samples[1:])
     turn, turning = (float(np.linalg.norm(x[:, :3], axis=1).max()) for x in samples[1:])
@@ -244,14 +246,6 @@ def _path_limits(path: ToolPath, tool: ToolLimits) -> PathLimits:
 
 def _over(limit: float | None, size: float) -> float:
     return limit / size if limit is not None and size > SMALLEST_LENGTH else math.inf
-
-
-def _check_tool(tool: ToolLimits) -> None:
-    raise_faults(
-        Fault(f"tool {name.replace('_', ' ')}", "must be above 0", value)
-        for name, value in vars(tool).items()
-        if value is not None and not value > 0.0
-    )
 
 
 def _slower(

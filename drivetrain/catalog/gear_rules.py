@@ -159,7 +159,6 @@ def _stages(values: Values, kind: str) -> Iterator[Finding]:
 
 
 def _ratio_fraction(cells: Mapping[str, Cell]) -> Iterator[Finding]:
-    """The printed ratio against the exact one."""
     text, ratio = cells.get("ratio_exact"), cells.get("ratio")
     if not isinstance(text, str):
         return

@@ -45,10 +45,6 @@ class Column:
     why_needed: str = ""  # message if the cell is empty
 
 
-def _text(name: str, meaning: str, *, needed: bool = False, lint_only: bool = False) -> Column:
-    return Column(name, meaning, needed=needed, lint_only=lint_only)
-
-
 def _choice(name: str, meaning: str, choices: tuple[str, ...], *, needed: bool = False, why: str = "") -> Column:
     return Column(name, meaning, CHOICE, choices=choices, needed=needed, why_needed=why)
 
@@ -81,18 +77,18 @@ _SIDE_WHY = (
 )
 
 _IDENTITY = (
-    _text("key", "Unique name in the catalogue.", needed=True),
-    _text("maker", "As the manufacturer writes it."),
-    _text("series", "As the manufacturer writes it."),
-    _text("part_number", "As the manufacturer writes it."),
+    Column("key", "Unique name in the catalogue.", needed=True),
+    Column("maker", "As the manufacturer writes it."),
+    Column("series", "As the manufacturer writes it."),
+    Column("part_number", "As the manufacturer writes it."),
 )
 _PROVENANCE = (
     Column("price", "In your own currency; empty in the shipped catalogue.", NUMBER, "", 0.0, 1e9),
-    _text("source", "Origin of the numbers."),
-    _text("source_url", "The maker's page, where known.", lint_only=True),
-    _text("edition", "Edition or date of the data sheet."),
-    _text("source_quality", "A: the maker's page; B: cited in another database; C: found in code.", lint_only=True),
-    _text("notes", "Reservations, and the use that the numbers allow.", lint_only=True),
+    Column("source", "Origin of the numbers."),
+    Column("source_url", "The maker's page, where known.", lint_only=True),
+    Column("edition", "Edition or date of the data sheet."),
+    Column("source_quality", "A: the maker's page; B: cited in another database; C: found in code.", lint_only=True),
+    Column("notes", "Reservations, and the use that the numbers allow.", lint_only=True),
 )
 
 MOTOR_COLUMNS = (
@@ -107,7 +103,7 @@ MOTOR_COLUMNS = (
         why=_CURRENT_WHY,
     ),
     _choice("winding_basis", "What R and L are measured between.", WINDING_BASES, needed=True, why=_WINDING_WHY),
-    _text("basis_evidence", "How the two conventions are known.", lint_only=True),
+    Column("basis_evidence", "How the two conventions are known.", lint_only=True),
     _number("nominal_voltage", "V", 0.5, 1000.0, "Supply at which no-load and stall values hold."),
     _number("no_load_speed", "rad/s", 0.5, 2e4, "At nominal voltage."),
     _number("no_load_current", "A", 1e-5, 50.0, "At nominal voltage."),
@@ -149,7 +145,7 @@ GEAR_COLUMNS = (
     _choice("kind", "Family of the gear.", GEAR_KINDS, needed=True),
     _number("stages", "1", 1.0, 12.0, "Number of stages."),
     _number("ratio", "1", -1e5, 1e5, "Input over output speed; negative: the output turns the other way.", needed=True),
-    _text("ratio_exact", "The same as a fraction, such as 57/13.", lint_only=True),
+    Column("ratio_exact", "The same as a fraction, such as 57/13.", lint_only=True),
     _number("efficiency", "1", 0.02, 1.0, "Power out over power in when the motor drives."),
     _number("backdriving_efficiency", "1", -5.0, 1.0, "The same when the load drives; 0 or less: self-locking."),
     _number("no_load_torque", "N m", 1e-7, 1e3, "Running torque at the input without load."),
@@ -162,7 +158,7 @@ GEAR_COLUMNS = (
     _number("seal_drag_torque", "N m", 0.0, 1e3, "Of the input's seals, at any speed and temperature."),
     _number("starting_torque", "N m", 0.0, 1e3, "Torque at the input that moves the unloaded gear from rest."),
     _number("back_driving_torque", "N m", 0.0, 1e5, "The same at the output.", lint_only=True),
-    _text("loss_basis", "Where mesh efficiency, drag and starting torque come from; what is FITTED or ASSUMED."),
+    Column("loss_basis", "Where mesh efficiency, drag and starting torque come from; what is FITTED or ASSUMED."),
     _number("inertia", "kg m^2", 1e-13, 10.0, "Inertia of the gear at its input."),
     _number("mass", "kg", 1e-5, 2e3, "Mass of the gear."),
     _number("continuous_torque", "N m", 1e-5, 1e6, "Rated or continuous, at the output."),
@@ -208,10 +204,10 @@ GEAR_COLUMNS = (
 )
 
 PAIR_COLUMNS = (
-    _text("motor_key", "A motor.", needed=True),
-    _text("gear_keys", "The gears published as fitting it, separated by spaces.", needed=True),
-    _text("source", "Origin of this statement."),
-    _text("notes", "Other remarks.", lint_only=True),
+    Column("motor_key", "A motor.", needed=True),
+    Column("gear_keys", "The gears published as fitting it, separated by spaces.", needed=True),
+    Column("source", "Origin of this statement."),
+    Column("notes", "Other remarks.", lint_only=True),
 )
 
 BRAKE_COLUMNS = (
@@ -235,7 +231,7 @@ BRAKE_COLUMNS = (
 AMPLIFIER_COLUMNS = (
     *_IDENTITY,
     _choice("current_basis", "What kind of ampere is printed.", CURRENT_BASES, needed=True, why=_AMPLIFIER_WHY),
-    _text("basis_evidence", "How that is known.", lint_only=True),
+    Column("basis_evidence", "How that is known.", lint_only=True),
     _number("continuous_current", "A", 1e-2, 5000.0, "Continuous output current.", needed=True),
     _number("peak_current", "A", 1e-2, 1e4, "Short-time output current."),
     _number("peak_time", "s", 1e-3, 100.0, "Time for which it provides the peak current after the continuous current."),
@@ -252,26 +248,26 @@ AMPLIFIER_COLUMNS = (
     _number("current_loop_rate", "Hz", 100.0, 1e6, "Rate of the current loop."),
     _number("logic_power", "W", 0.0, 1000.0, "Power drawn by its electronics."),
     _number("mass", "kg", 1e-4, 1e3, "Mass of the amplifier."),
-    _text("fieldbus", "Fieldbus that commands it.", lint_only=True),
+    Column("fieldbus", "Fieldbus that commands it.", lint_only=True),
     *_PROVENANCE,
 )
 
 PRICE_COLUMNS = (
-    _text("part_key", "Key of the part in this catalogue; empty: it is not in it."),
-    _text("category", "Kind of part."),
-    _text("maker", "As the manufacturer writes it."),
-    _text("name", "As the shop or the survey calls it.", needed=True),
+    Column("part_key", "Key of the part in this catalogue; empty: it is not in it."),
+    Column("category", "Kind of part."),
+    Column("maker", "As the manufacturer writes it."),
+    Column("name", "As the shop or the survey calls it.", needed=True),
     _number("rated_torque", "N m", 1e-6, 1e6, "Torque of the part, for comparison."),
     _number("peak_torque", "N m", 1e-6, 1e6, "Torque of the part, for comparison."),
     _number("ratio", "1", 1.0, 1e5, "Of its gear."),
     Column("price", "In the currency; the lower end of a range.", NUMBER, "", 0.01, 1e9, needed=True),
     Column("price_to", "The upper end of a range.", NUMBER, "", 0.01, 1e9),
-    _text("currency", "Three letters: EUR, USD.", needed=True),
+    Column("currency", "Three letters: EUR, USD.", needed=True),
     _choice("kind", "Whether it was listed or estimated.", PRICE_KINDS, needed=True),
-    _text("date", "When it was seen, as far as the source states.", needed=True),
-    _text("shop", "Where, and what the figure includes."),
-    _text("source", "Origin of the price."),
-    _text("source_quality", "A: the shop's page; C: collected by others.", lint_only=True),
+    Column("date", "When it was seen, as far as the source states.", needed=True),
+    Column("shop", "Where, and what the figure includes."),
+    Column("source", "Origin of the price."),
+    Column("source_quality", "A: the shop's page; C: collected by others.", lint_only=True),
 )
 
 TABLES = {

@@ -39,11 +39,9 @@ def accuracy(
     from drivetrain.accuracy.scenes import full_scene, without
     from drivetrain.report.pages.accuracy_page import AccuracyFound, accuracy_json, accuracy_lines, accuracy_report
     from drivetrain.simulation.engines.fixed_step import FixedStep
-    from drivetrain.simulation.study_scene import refuse_unsimulated
     from drivetrain.sizing.results import Verdict
 
     share, loaded = inputs(lambda: positive(tolerance, "", "--tolerance"), lambda: load_chosen(study), out=out)
-    refuse_unsimulated(loaded)
     options = loaded.simulation if share is None else replace(loaded.simulation, tolerance=share)
     result = chosen(loaded, runs=True)
     with working("leaving out one effect after the other") as step:

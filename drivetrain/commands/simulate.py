@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from drivetrain.simulation.recording import Recording
     from drivetrain.sizing.results import Evaluation
     from drivetrain.solvers.solver import Solver
-    from drivetrain.study.parts.simulation import Simulation
+    from drivetrain.study.model import Study
 
 STUDIES = (".yaml", ".yml", ".json")  # suffixes of study files and results
 
@@ -115,7 +115,6 @@ def _run_arm(
     what: str, misplaced: list[Callable[[], None]], request: tuple[str | None, str, str | None, str | None],
     method: Method, out: Path | None,
 ) -> None:  # fmt: skip
-    """Simulate a bare arm and write the recording."""
     from drivetrain.arm.files.load import load_arm
     from drivetrain.simulation.passive import simulate_passive
 
@@ -194,28 +193,27 @@ def _run_study(
     from drivetrain.simulation.recording import load_recording
     from drivetrain.simulation.study_scene import refuse_unsimulated
     from drivetrain.sizing.results import Verdict
-    from drivetrain.study.parts.simulation import Simulation
 
-    said = [Simulation()]
-    earlier: list[Recording | None] = []
-
-    def load() -> Any:
+    def load() -> Study:
         loaded = load_chosen(path)
         refuse_unsimulated(loaded)
-        said[0] = loaded.simulation
         return loaded
 
-    seconds, _, loaded, options, *_ = inputs(
+    def recorded() -> Recording | None:
+        earlier = None if resume is None else load_recording(resume)
+        refuse_resumed(verify, earlier)
+        return earlier
+
+    seconds, earlier, loaded, stated, *_ = inputs(
         lambda: positive(duration, "s", "--duration"),
-        lambda: earlier.append(None if resume is None else load_recording(resume)),
+        recorded,
         load,
-        lambda: _options(said[0], changes),
-        lambda: refuse_resumed(verify, earlier[0] if earlier else None),
+        lambda: _options(changes),
         lambda: refuse(start is not None and resume is not None, "--start", "goes with a run from its start"),
         *misplaced,
         out=out,
     )
-    result = chosen(loaded, runs=True)
+    result, options = chosen(loaded, runs=True), replace(loaded.simulation, **stated)
     with working("choosing effects") as step:
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
@@ -224,7 +222,7 @@ def _run_study(
     interval, basis = interval_of(ready.scene.duration), basis_of(built.full, result)
     with _share("simulating") as share:
         recording = run_scene(
-            ready, engine_of(options), basis, interval=interval, resume=earlier[0], progress=share, verify=verify,
+            ready, engine_of(options), basis, interval=interval, resume=earlier, progress=share, verify=verify,
             start=given,
         )  # fmt: skip
     whole = options.solver != "inverse" and recording.stopped_by is None
@@ -267,8 +265,8 @@ def _share(text: str) -> Iterator[Callable[[float], None]]:
         yield lambda share: step(round(100.0 * share), 100, text)
 
 
-def _options(study: Simulation, given: Mapping[str, str | None]) -> Simulation:
-    """The study's simulation options with those of the command line over them; None: the study's value."""
+def _options(given: Mapping[str, str | None]) -> dict[str, Any]:
+    """The simulation options that the command line states, as fields of a study's own."""
     from drivetrain.errors import Faults
     from drivetrain.study.parts.simulation import read_effects
 
@@ -285,7 +283,7 @@ def _options(study: Simulation, given: Mapping[str, str | None]) -> Simulation:
         if (text := given[name]) is not None:
             changes[name] = faults.attempt(positive, text, unit, f"--{name}")
     faults.raise_any()
-    return replace(study, **changes)
+    return changes
 
 
 def _limits(result: Evaluation) -> dict[str, dict[str, float]]:

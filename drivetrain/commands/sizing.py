@@ -202,7 +202,6 @@ def _selected(study: Study) -> Selection:
 
 
 def _deliver(result: Evaluation | Selection, out: Path, *, pdf: bool = False, as_json: bool) -> None:
-    """Write the files and print the verdict."""
     from drivetrain.report.outputs import result_json, write_outputs
     from drivetrain.report.pages.spread_section import spread_lines
     from drivetrain.report.terminal import console, progress

@@ -317,7 +317,6 @@ def _gaps(blocks: list[_Block], joint_names: tuple[str, ...], may_stay_open: boo
 
 
 def _speed_steps(blocks: list[_Block], joint_names: tuple[str, ...], slides: Mask | None) -> list[str]:
-    """Notes on steps of speed between steps of the cycle."""
     peak = np.max([np.abs(block.velocity).max(axis=0) for block in blocks], axis=0)
     notes: dict[str, None] = {}
     for where, before, after, _ in _boundaries(blocks):

@@ -18,7 +18,7 @@ from drivetrain.report.words import both, heat_model, identity
 from drivetrain.sizing.answers.spread import Spread
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.missing import gaps, uncounted
-from drivetrain.sizing.results import DriveSet, Evaluation, JointResult, Selection
+from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.study.parts.verdicts import Check
 from drivetrain.whole_files import write_files
 
@@ -166,14 +166,6 @@ def _joint(joint: JointResult, mounting: float | None) -> dict[str, Any]:
     }
 
 
-def _set(one: DriveSet) -> dict[str, Any]:
-    return {
-        "objective": one.objective,
-        "criteria": dict(sorted(one.criteria.items())),
-        "drives": drives_data(one.drives),
-    }
-
-
 def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[str, Any]:
     rejected: dict[str, dict[str, int]] = {joint: {} for joint in selection.evaluation.joints}
     for (joint, check), count in sorted(by_check.items(), key=lambda item: (-item[1], item[0])):
@@ -181,7 +173,11 @@ def _search(selection: Selection, by_check: dict[tuple[str, str], int]) -> dict[
     return {
         **picked(selection, "proof", "bound"),
         "equals": {"count": selection.equals, "all": selection.all_equals},
-        "sets": [_set(one) for one in selection.best_sets],
+        "sets": [
+            picked(one, "objective")
+            | {"criteria": dict(sorted(one.criteria.items())), "drives": drives_data(one.drives)}
+            for one in selection.best_sets
+        ],
         "alternatives": {
             joint: [{"motor": motor, "gear": gear, "objective": share} for motor, gear, share in found]
             for joint, found in selection.alternatives.items()

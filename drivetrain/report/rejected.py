@@ -48,11 +48,8 @@ def _cell(text: str) -> str:
 
 def counted(rejected: pd.DataFrame) -> dict[tuple[str, str], int]:
     """Number of candidates that each check rejected at each joint, by (joint, check); zeros are left out."""
-    joints, checks = (list(rejected[name].cat.categories) for name in ("joint", "check"))
-    joint, check = (rejected[name].cat.codes.to_numpy().astype(np.int64) for name in ("joint", "check"))
-    counts = np.bincount(joint * len(checks) + check, minlength=1)
-    found = np.flatnonzero(counts).tolist()
-    return {(str(joints[k // len(checks)]), str(checks[k % len(checks)])): int(counts[k]) for k in found}
+    counts = rejected.groupby(["joint", "check"], observed=True).size()
+    return {(str(joint), str(check)): int(count) for (joint, check), count in counts.items()}
 
 
 def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any]:

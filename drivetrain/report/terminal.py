@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Literal
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -12,7 +13,7 @@ from rich.text import Text
 
 from drivetrain.catalog.findings import Severity
 from drivetrain.catalog.linting import LintFault
-from drivetrain.errors import DrivetrainError, Fault, InputError, plain
+from drivetrain.errors import DrivetrainError, InputError, plain
 
 WIDTH_WITHOUT_TERMINAL = 160  # columns if the output is piped, so that lines are not cut
 
@@ -32,18 +33,12 @@ def fault_lines(error: DrivetrainError) -> list[Text]:
     count = len(error.faults)
     lines = [Text("1 error" if count == 1 else f"{count} errors", "bold red")]
     for fault in error.faults:
-        lines += _fault_lines(fault)
-    return lines
-
-
-def _fault_lines(fault: Fault) -> list[Text]:
-    """One fault: place and problem, then the value found and the fix."""
-    where = " ".join(part for part in (f"{fault.file}:" if fault.file else "", fault.place) if part)
-    lines = [Text.assemble("  ", (plain(where), "bold"), plain(f": {fault.problem}"))]
-    if fault.value is not None:
-        lines.append(Text.assemble(("      found  ", "dim"), plain(fault.shown)))
-    if fault.hint:
-        lines.append(Text.assemble(("      fix    ", "dim"), plain(fault.hint)))
+        where = " ".join(part for part in (f"{fault.file}:" if fault.file else "", fault.place) if part)
+        lines.append(Text.assemble("  ", (plain(where), "bold"), plain(f": {fault.problem}")))
+        if fault.value is not None:
+            lines.append(Text.assemble(("      found  ", "dim"), plain(fault.shown)))
+        if fault.hint:
+            lines.append(Text.assemble(("      fix    ", "dim"), plain(fault.hint)))
     return lines
 
 
@@ -51,9 +46,8 @@ def lint_table(found: Sequence[LintFault]) -> Table:
     """The findings of a catalogue, with the printed and the expected value of each."""
     table = Table(box=None, pad_edge=False, header_style="bold", padding=(0, 2, 0, 0))
     for heading in ("file", "row", "key", "column", "", "problem", "printed", "predicted"):
-        table.add_column(
-            heading, justify="right" if heading in ("row", "printed", "predicted") else "left", overflow="fold"
-        )
+        side: Literal["left", "right"] = "right" if heading in ("row", "printed", "predicted") else "left"
+        table.add_column(heading, justify=side, overflow="fold")
     for one in found:
         style = "red" if one.severity is Severity.ERROR else "yellow"
         problem = one.problem + (f"; {one.hint}" if one.hint else "")

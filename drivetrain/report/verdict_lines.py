@@ -69,7 +69,6 @@ def verdict_table(evaluation: Evaluation) -> Table:
 
 
 def _cells(joint: JointResult) -> list[str | Text]:
-    """One joint's line."""
     heat, binding = joint.series.winding_temperature, joint.binding
     return [
         joint.name,

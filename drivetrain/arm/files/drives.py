@@ -135,7 +135,6 @@ def read_drives(
 def _drive(
     reader: Reader, name: str, element: ElementTree.Element, drake: dict[str, float], reduction: float | None
 ) -> UrdfDrive:
-    """One joint's drive from all that was found."""
     dynamics = element.find("dynamics")
     values: dict[str, float | None] = {"damping": None, "friction": None}
     if dynamics is not None:
@@ -167,7 +166,6 @@ def _joints_of(transmission: ElementTree.Element) -> list[str]:
 
 
 def _kind(reader: Reader, transmission: ElementTree.Element) -> str:
-    """The type of a transmission."""
     reader.count_ignored(transmission, ("joint", "actuator", "type", "plugin", *REDUCTIONS), ("name", "type"))
     kinds = [element.text or "" for tag in ("type", "plugin") for element in transmission.findall(tag)]
     return (kinds[0] if kinds else transmission.get("type", SIMPLE)).strip()

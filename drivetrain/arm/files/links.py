@@ -66,7 +66,6 @@ def _lump(frame: Array, bodies: list[RigidBody]) -> tuple[Array, float, Array]:
 
 
 def _notes(chain: Chain, wanted_tip: str | None) -> list[str]:
-    """Notes on what was chosen or assumed for the chain."""
     notes = [] if wanted_tip else [f"tip: {chain.tip}, as none was named"]
     if chain.locked:
         notes.append("held at zero, off the chain: " + ", ".join(chain.locked))
@@ -127,7 +126,6 @@ def choose_chain(model: UrdfModel, tip: str | None) -> Chain:
 
 
 def _root(model: UrdfModel) -> str:
-    """The root link, which is fixed to the base."""
     held = {joint.child for joint in model.joints.values()}
     roots = [name for name in model.links if name not in held]
     if len(roots) > 1:

@@ -65,7 +65,6 @@ def read_document(path: Path) -> ElementTree.Element:
 
 
 def _expanded(path: Path) -> bytes:
-    """The expanded URDF text of a xacro file."""
     if importlib.util.find_spec("xacro") is None:
         problem = "a xacro file needs the package xacro"
         raise InputError(Fault(str(path), problem, hint='install it with: pip install "drivetrain[xacro]"'))
@@ -90,7 +89,6 @@ def _expanded(path: Path) -> bytes:
 
 
 def _hint(path: Path, said: str) -> str:
-    """What to do about a message of xacro."""
     if found := PACKAGE_SOUGHT.search(said):
         beside = [one for one in path.resolve().parents if (one / found[1]).is_dir()]
         return f"it is in {beside[0]}: ROS_PACKAGE_PATH={beside[0]}" if beside else PACKAGE_ROOTS

@@ -112,7 +112,6 @@ def _frame(evaluation: Evaluation, selection: Selection | None) -> dict[str, Any
 def _body(
     evaluation: Evaluation, selection: Selection | None, rejected: pd.DataFrame | None, pictures: Pictures
 ) -> dict[str, Any]:
-    """The content, section by section."""
     rows = views.check_rows(evaluation)
     joints = [_joint(joint, evaluation) for joint in evaluation.joints.values()]
     if selection is not None and rejected is not None:
@@ -180,7 +179,6 @@ def _rejected_words(evaluation: Evaluation, rejected: pd.DataFrame | None) -> di
 
 
 def _joint(joint: JointResult, evaluation: Evaluation) -> dict[str, Any]:
-    """One joint's section."""
     gear, study = joint.drive.gear, evaluation.study
     ratio = abs(gear.ratio)
     step = 1.0 if ratio >= 20.0 else 0.1

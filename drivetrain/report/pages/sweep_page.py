@@ -52,7 +52,6 @@ def _rows(results: pd.DataFrame, names: Sequence[str]) -> tuple[Row, ...]:
 
 
 def _row(row: pd.Series, names: Sequence[str], drives: str) -> Row:
-    """One point as texts."""
     verdict = str(row["verdict"])
     nearest = " of ".join(part for part in (row["binding_check"], row["binding_joint"]) if part)
     return (

@@ -86,7 +86,6 @@ def known_pair(drive: DriveForm, catalog: Catalog, ledger: Ledger, place: Place)
 def _paired(
     form: CandidatesForm, catalog: Catalog, motors: list[str], gears: list[str], ledger: Ledger, place: Place
 ) -> list[Pair]:
-    """The permitted pairs of the given motors and gears."""
     if not isinstance(form.pairs, str):
         listed = [known_pair(drive, catalog, ledger, (*place, "pairs", i)) for i, drive in enumerate(form.pairs)]
         return [one for one in dict.fromkeys(listed) if one and one[0] in motors and one[1] in ("", *gears)]
@@ -230,7 +229,6 @@ def _shown(value: object, unit: str) -> str:
 
 
 def _unpaired(rules: CandidatesForm, catalog: Catalog, motor: str, gear: str) -> list[str]:
-    """Why a motor and a gear may not be combined."""
     if not isinstance(rules.pairs, str):
         listed = any((pair.motor, pair.gear) == (motor, gear) for pair in rules.pairs)
         return [] if listed else ["the study lists the pairs that may be used, and this is none of them"]

@@ -277,7 +277,6 @@ def _brakes(around: Surroundings, form: JointForm, place: Place) -> tuple[tuple[
 
 
 def _counterbalances(around: Surroundings, index: int, form: JointForm, place: Place) -> tuple[Counterbalance, ...]:
-    """The counterbalances of a joint, which must be revolute."""
     place, ledger = (*place, "counterbalances"), around.ledger
     if form.counterbalances and around.arm is not None and around.arm.slides[index]:
         ledger.fault(place, "apply only to a revolute joint")
@@ -312,7 +311,6 @@ def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: 
 
 
 def _with_brakes(around: Surroundings, pairs: Sequence[Pair], brakes: Sequence[Brake]) -> tuple[Pair, ...]:
-    """All combinations of the pairs with the brakes."""
     found, motors = with_brakes(around.catalog, pairs, brakes)
     around.braked.update(motors)
     return found
