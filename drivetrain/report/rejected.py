@@ -48,8 +48,8 @@ def _cell(text: str) -> str:
 
 def counted(rejected: pd.DataFrame) -> dict[tuple[str, str], int]:
     """Number of candidates that each check rejected at each joint, by (joint, check); zeros are left out."""
-    counts = rejected.groupby(["joint", "check"], observed=True).size()
-    return {(str(joint), str(check)): int(count) for (joint, check), count in counts.items()}
+    counts: dict[Any, int] = rejected.groupby(["joint", "check"], observed=True).size().to_dict()
+    return {(str(joint), str(check)): count for (joint, check), count in counts.items()}
 
 
 def rejected_data(selection: Selection, rejected: pd.DataFrame) -> dict[str, Any]:
