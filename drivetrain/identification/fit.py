@@ -10,7 +10,7 @@ Reference: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,7 +20,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, shaft_turns
 from drivetrain.arm.rotors import MountedRotor
-from drivetrain.arrays import Array, checked_array, read_only
+from drivetrain.arrays import Array, Mask, checked_array, read_only
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import FRICTIONLESS, Friction, direction, friction_torque
@@ -29,8 +29,15 @@ from drivetrain.dynamics.from_positions import rates_from_positions
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.regressor import COLUMN, ROW, parameter_names, torque_parameters, torque_regressor
 from drivetrain.errors import Fault, InputError, nearest, whole_names
-from drivetrain.identification.least_squares import Problem, base_parameters, nearest_consistent, problem_of
+from drivetrain.identification.least_squares import (
+    BaseParameters,
+    base_parameters,
+    correlated_covariance,
+    problem_of,
+)
+from drivetrain.identification.plausibility import Evidence, warnings
 from drivetrain.motion.recording import MeasuredMotion
+from drivetrain.motion.smoothing import estimated_noise
 from drivetrain.notebook import axes_of, shown
 from drivetrain.records import as_record
 from drivetrain.sizing.judge.parts import FilledParts
@@ -47,6 +54,11 @@ GAP = 0.04  # [s] left out at both ends of a held-out part, because smoothing us
 LAWS = {"viscous": "N m s/rad", "coulomb": "N m", "load_share": "-"}  # units of identified friction coefficients
 MOST_LOAD = 0.999  # largest load-dependent friction over load
 SLOW = 0.01  # share of a joint's highest speed over which Coulomb friction changes its sign
+# Samples slower than this multiple of that speed, or of the speed's noise, are not used: friction near rest is not
+# determined by the speed.
+RESTS = 3.0
+PASSES = 3  # of the fit, if the model is not linear in the parameters
+MOVES = 0.03  # least share of faster samples of a joint that moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +69,14 @@ class Identification:
         arm: The given arm with the identified parameters.
         friction: Friction at each joint, (n,).
         study: The given study with the identified arm and friction, ready to be evaluated; None if an arm was given.
-        parameters: DataFrame by parameter name: ``prior``, ``identified``, ``deviation`` (standard deviation from data
-            and prior), ``share`` (remaining share of the prior's uncertainty: near 1 if the recording has no
-            information about the parameter).
+        parameters: DataFrame by parameter name: ``prior``, ``identified``, ``deviation`` (standard deviation, infinite
+            for a parameter that the recording determines only in combination with others, or not at all), ``share``
+            (remaining share of the prior's uncertainty: near 1 if the recording has no information about the
+            parameter).
         base: DataFrame of the combinations that torques can distinguish: ``value``, ``deviation`` (standard deviation
-            from the data, and the pull of the prior) and ``combination`` as text.
-        errors: DataFrame by joint, on held-out data: RMS torque ``measured``, RMS error of the model ``given`` and
-            ``identified`` [N m or N], ``correlation``.
+            from the data, and how far prior and physical limits have drawn it) and ``combination`` as text.
+        errors: DataFrame by joint, on held-out data at which the joint moves: RMS torque ``measured``, RMS error of the
+            model ``given`` and of the ``identified`` one, physically consistent [N m or N], ``correlation``.
         contributions: DataFrame of RMS torque [N m or N] by joint and cause (links, rotors, each friction,
             unexplained).
         condition: Condition number of the scaled regressor of the base parameters [-]; above about 100 the motion
@@ -71,7 +84,7 @@ class Identification:
         torque_constant: Of each motor, if torque and current were both measured [N m/A], (n,); else None.
         time: Instants of the samples used [s], (N,).
         measured, modelled: Torque at the joints, measured and by the model identified from all data [N m or N], (N, n).
-        notes: Details of the method, and parameters that cannot be distinguished.
+        notes: Details of the method; those that begin with "warning:" say what contradicts the recording.
     """
 
     arm: Arm
@@ -163,50 +176,58 @@ def identify(
     prior = _prior(study, friction)
     arm = prior.arm
     thin = -(-len(recording.time) // MOST_SAMPLES)
-    motion = [values[::thin] for values in _motion(recording, arm)]
+    motion, noise = _motion(recording, arm)
+    motion, noise = [values[::thin] for values in motion], noise[::thin]
     time, measured = recording.time[::thin], _joint_torque(recording, prior, torque_constant)[::thin]
     known = np.zeros(measured.shape)
     if known_torque is not None:
         known = checked_array(known_torque, recording.position.shape, "known_torque")[::thin]
-    model = _model(prior, motion)
-    given = model.given + known
-    columns = _columns(prior, motion, model, links, load_friction)
-    spread = np.sqrt(np.mean((measured - given) ** 2, axis=0))
-    spread = np.maximum(spread, 1e-6 * np.maximum(np.abs(measured).max(axis=0), 1.0))
+    used, moves = _moving(prior, motion[1], noise)
     gap = round(GAP / float(np.median(np.diff(time))))
     if len(time) < FOLDS * (2 * gap + 10):
         raise InputError(Fault("recording", f"needs at least {FOLDS * (2 * gap + 10)} samples", len(time)))
-    weighted = columns.matrix / spread[:, None]
-    problem = problem_of(weighted, (measured - given) / spread, columns.friction, FOLDS, gap)
-    everything = list(range(FOLDS))
-    weights = problem.best_weights(everything)
-    hessian, moment = problem.system(everything, weights)
-    metric = hessian * np.outer(problem.scale, problem.scale)
-    found = nearest_consistent(
-        columns.prior + np.linalg.solve(hessian, moment) / problem.scale, metric, len(columns.links), columns.prior
-    )
-    change = found - columns.prior
-    left = (measured - given) / spread - weighted @ change
+    before = (measured - known - _model(prior, motion).given) * used
+    spread = np.maximum(_rms(before, used), 1e-6 * np.maximum(np.abs(measured).max(axis=0), 1.0))
+    new_friction = prior.friction
+    for _ in range(PASSES if load_friction or prior.drives else 1):
+        model, columns = _linear(prior, new_friction, motion, moves, links, load_friction)
+        given = model.given + known
+        weighted, wanted = columns.matrix / spread[:, None] * used[:, :, None], (measured - given) / spread * used
+        problem = problem_of(weighted, wanted, columns.friction, FOLDS, gap)
+        everything, bodies = list(range(FOLDS)), len(columns.links)
+        weights = problem.best_weights(everything)
+        change = problem.consistent_change(everything, weights, columns.prior, bodies)
+        new_friction = _with_friction(prior.friction, change[columns.laws :])
+    found, left = columns.prior + change, wanted - weighted @ change
     new_arm = _with_bodies(prior, columns, found)
-    new_friction = _with_friction(prior.friction, change[columns.laws :])
     whole = study if isinstance(study, Study) else None
     if whole is not None:
         joints = tuple(replace(task, friction=f) for task, f in zip(whole.joints, new_friction, strict=True))
         whole = replace(whole, arm=new_arm, joints=joints)
-    pull = _pull(hessian, moment, problem)
-    base, combined, covariance, condition = _base_table(columns, weighted, found, left, pull)
+    distinct = base_parameters(weighted.reshape(-1, weighted.shape[2]))
+    base, covariance, condition = _base_table(columns, distinct, weighted, wanted, used, change)
+    held = problem.held(everything, weights)
+    parameters = _parameter_table(columns, found, held, problem.scale, distinct, covariance, base)
+    held_out = np.concatenate(problem.held_out(columns.prior, bodies)) * spread
+    errors = _error_table(before, held_out, gap, measured, used, arm)
+    modelled = given + columns.matrix @ change
+    free = wanted - weighted @ (problem.deviation(everything, weights) / problem.scale)
+    told = int(np.isfinite(parameters["deviation"]).sum())
     notes = (
         *recording.notes,
         f"weight of the prior {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
-        f"{len(columns.names)} parameters in {len(base)} combinations that the motion can distinguish",
+        f"{len(columns.names)} parameters in {len(base)} combinations that the motion can distinguish, {told} of them "
+        "single parameters",
         f"condition of their regressor {condition:.3g}",
-    )
+        *warnings(Evidence(
+            arm, time, measured, modelled, model.laws, used, moves, spread, left, free,
+            weighted[:, :, distinct.leading], condition, errors,
+        )),
+    )  # fmt: skip
     return Identification(
-        new_arm, new_friction, whole,
-        _parameter_table(columns, found, hessian, problem, combined, covariance, pull), base,
-        _error_table(problem, spread, measured, arm), _contributions(columns, found, measured, model, known, arm),
-        condition,
-        _torque_constants(recording, prior), time, measured, given + columns.matrix @ change, notes,
+        new_arm, new_friction, whole, parameters, base, errors,
+        _contributions(columns, found, measured, model, known, arm), condition, _torque_constants(recording, prior),
+        time, measured, modelled, notes,
     )  # fmt: skip
 
 
@@ -267,19 +288,37 @@ def _prior(study: Study | Arm, friction: Sequence[Friction] | None) -> _Prior:
             prior = replace(prior, arm=loaded_arm(study, drives, -1), drives=tuple(drives.values()))
     if friction is None:
         return prior
+    if isinstance(friction, Friction) or not all(isinstance(one, Friction) for one in friction):
+        raise InputError(Fault("friction", "must be a list of Friction, one a joint", repr(friction)[:60]))
     if len(friction) != prior.arm.n:
         raise InputError(Fault("friction", f"must be one a joint: {prior.arm.n}", len(friction)))
     return replace(prior, friction=tuple(friction))
 
 
-def _motion(recording: MeasuredMotion, arm: Arm) -> list[Array]:
-    """Positions, speeds and accelerations, (N, n) each."""
+def _motion(recording: MeasuredMotion, arm: Arm) -> tuple[list[Array], Array]:
+    """Positions, speeds and accelerations, (N, n) each, and the standard deviation of the speeds, (N, n)."""
     if recording.joint_names != arm.joint_names:
         problem = f"must be of the joints {', '.join(arm.joint_names)}"
         raise InputError(Fault("recording", problem, ", ".join(recording.joint_names)))
     if recording.velocity is not None and recording.acceleration is not None:
-        return [recording.position, recording.velocity, recording.acceleration]
-    return rates_from_positions(recording.time, recording.position, [None] * arm.n)[0]
+        noise = np.array([estimated_noise(recording.time, speed) for speed in recording.velocity.T])
+        motion = [recording.position, recording.velocity, recording.acceleration]
+        return motion, np.broadcast_to(noise, recording.velocity.shape)
+    motion, covariance, _ = rates_from_positions(recording.time, recording.position, [None] * arm.n)
+    return motion, np.sqrt(covariance[:, 1, 1])
+
+
+def _moving(prior: _Prior, speed: Array, noise: Array) -> tuple[Mask, Mask]:
+    """Which samples of joint torque are used, (N, n), and which shafts move, (n,).
+
+    Torques of a joint are not used where a shaft that drives it moves too slowly for its friction to be known; a shaft
+    that never moves has no known friction.
+    """
+    turns = shaft_turns(prior.arm)
+    speed, noise = np.abs(shaft_motion(prior.arm, speed)), np.sqrt(noise**2 @ turns.T**2)
+    moving = speed > RESTS * np.maximum(SLOW * speed.max(axis=0), noise)
+    moves = moving.mean(axis=0) >= MOVES
+    return ~((~moving & moves) @ (turns != 0.0)), moves
 
 
 def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any) -> Array:
@@ -332,6 +371,27 @@ def _model(prior: _Prior, motion: list[Array]) -> _Model:
     return _Model(given, balance, through, laws)
 
 
+def _linear(
+    prior: _Prior, friction: Sequence[Friction], motion: list[Array], moves: Mask, links: Sequence[str] | None,
+    load_friction: bool,
+) -> tuple[_Model, _Columns]:  # fmt: skip
+    """The model at the prior and its columns, linear in the parameters around ``friction``.
+
+    Losses of gears and load-dependent friction also act on the torque of the other friction.
+    """
+    near = replace(prior, friction=tuple(friction))
+    model = _model(near, motion)
+    model = model._replace(laws=model.laws * moves)
+    columns = _columns(near, motion, model, links, load_friction)
+    known = np.r_[columns.prior[: columns.laws], _coefficients(prior.friction, list(LAWS)[: 2 + load_friction])]
+    return model._replace(given=model.given - columns.matrix @ (columns.prior - known)), replace(columns, prior=known)
+
+
+def _coefficients(friction: Sequence[Friction], laws: Iterable[str]) -> Array:
+    """Coefficients of all joints, law by law."""
+    return np.array([getattr(law, name) for name in laws for law in friction], dtype=np.float64)
+
+
 def _smooth(law: Friction, slow: float) -> Friction:
     """The friction law for speeds with noise: without breakaway, and with a smooth change of sign around zero speed."""
     return replace(law, static=None, stribeck_speed=None, tanh_speed=max(law.tanh_speed or 0.0, slow))
@@ -355,10 +415,8 @@ def _columns(
     with_losses = turns.T @ (model.through[:, :, None] * np.linalg.inv(turns).T)
     laws = dict(list(LAWS.items())[: 2 + load_friction])
     extra = [np.einsum("ti,ij->tji", model.through * law / prior.travel, turns) for law in model.laws[: len(laws)]]
-    known = np.concatenate([
-        torque_parameters(prior.own)[inertial], torque_parameters(arm)[spinning],
-        *([getattr(law, name) for law in prior.friction] for name in laws),
-    ])  # fmt: skip
+    bodies = torque_parameters(prior.own)[inertial], torque_parameters(arm)[spinning]
+    known = np.concatenate([*bodies, _coefficients(prior.friction, laws)])
     names = [every[i] for i in (*inertial, *spinning)]
     shafts = ~arm.slides | (prior.travel != 1.0)
     for name, unit in laws.items():
@@ -408,110 +466,80 @@ def _with_friction(friction: Sequence[Friction], change: Array) -> tuple[Frictio
     return tuple(result)
 
 
-def _correlated_samples(left: Array) -> float:
-    """Correlation length of the residuals in samples, averaged over the joints, (N, n) to a number of at least 1."""
-    counts = []
-    for column in (left - left.mean(axis=0)).T:
-        size = 2 ** int(np.ceil(np.log2(2 * len(column))))
-        spectrum = np.abs(np.fft.rfft(column, size)) ** 2
-        correlation = np.fft.irfft(spectrum)[: len(column) // 2]
-        correlation = correlation / max(correlation[0], 1e-300)
-        end = int(np.argmax(correlation < 0.0)) or len(correlation)
-        counts.append(1.0 + 2.0 * float(correlation[1:end].sum()))
-    return float(np.mean(counts))
-
-
-def _covariance(regressor: Array, left: Array) -> Array:
-    """Covariance of least squares with correlated errors that differ by joint, from regressor (N, n, r) and residuals.
-
-    Reference: K.-Y. Liang and S. Zeger, Biometrika 73 (1986) 13-22: the cluster sandwich estimator, with clusters of
-    consecutive samples of four times the correlation length.
-    """
-    samples, _, r = regressor.shape
-    length = int(min(4.0 * _correlated_samples(left), max(samples // (2 * r), 1)))
-    cluster_sums = np.add.reduceat(np.einsum("tir,ti->tr", regressor, left), np.arange(0, samples, length))
-    bread = np.linalg.inv(np.einsum("tir,tis->rs", regressor, regressor))
-    correction = len(cluster_sums) / (len(cluster_sums) - 1) * left.size / (left.size - r)
-    return np.asarray(bread @ (cluster_sums.T @ cluster_sums) @ bread * correction)
-
-
 def _base_table(
-    columns: _Columns, weighted: Array, found: Array, left: Array, pull: Array
-) -> tuple[pd.DataFrame, Array, Array, float]:
-    """Table of the base parameters with standard deviations from the data and the pull of the prior.
+    columns: _Columns, base: BaseParameters, weighted: Array, wanted: Array, used: Mask, change: Array
+) -> tuple[pd.DataFrame, Array, float]:
+    """Table of the base parameters, whose deviation counts how far prior and physical limits have drawn them.
 
-    Also returns their factors on all parameters, (r, p), their covariance, (r, r), and the condition number of their
-    regressor.
+    Also returns their covariance by plain least squares, (r, r), and the condition number of their regressor.
     """
     import pandas as pd
 
-    base = base_parameters(weighted.reshape(-1, weighted.shape[2]))
     regressor = weighted[:, :, base.leading]
     size = np.sqrt(np.sum(regressor**2, axis=(0, 1)))
-    values = np.linalg.svd((regressor / size).reshape(-1, len(size)), compute_uv=False)
-    covariance = _covariance(regressor / size, left) / np.outer(size, size)
+    scaled = regressor / size
+    plain, _, _, values = np.linalg.lstsq(scaled.reshape(wanted.size, -1), wanted.ravel())
+    covariance = correlated_covariance(scaled, wanted - scaled @ plain, used) / np.outer(size, size)
+    drawn = base.combined @ change - plain / size
     words = [
         " + ".join(f"{factor:.3g} {columns.names[j].split(' [')[0]}" for j, factor in enumerate(row) if factor)
         for row in base.combined
     ]
     table = pd.DataFrame(
         {
-            "value": base.combined @ found,
-            "deviation": np.hypot(np.sqrt(np.diag(covariance)), base.combined @ pull),
+            "value": base.combined @ (columns.prior + change),
+            "deviation": np.hypot(np.sqrt(np.diag(covariance)), drawn),
             "combination": [text.replace("+ -", "- ") for text in words],
         },
         index=[columns.names[i] for i in base.leading],
     )
-    return table, base.combined, covariance, float(values[0] / values[-1])
-
-
-def _prior_weights(hessian: Array, problem: Problem) -> Array:
-    """What the prior adds to the diagonal of the normal equations, (p,)."""
-    return np.asarray(np.diag(hessian) - np.sum([np.diag(fold.gram) for fold in problem.folds], axis=0))
-
-
-def _pull(hessian: Array, moment: Array, problem: Problem) -> Array:
-    """How far the prior has drawn the parameters towards itself, (p,).
-
-    Of a true difference d* from the prior, ``H^-1 (H - W) d*`` is found on average, with the prior's weights W in the
-    normal equations H; to first order ``H^-1 W d`` is missing from what is found, d.
-    """
-    drawn = _prior_weights(hessian, problem) * np.linalg.solve(hessian, moment)
-    return np.asarray(np.linalg.solve(hessian, drawn) / problem.scale)
+    return table, covariance, float(values[0] / values[-1])
 
 
 def _parameter_table(
-    columns: _Columns, found: Array, hessian: Array, problem: Problem, combined: Array, covariance: Array, pull: Array
-) -> pd.DataFrame:
-    """Table of all parameters: prior and identified values, standard deviation, and the prior's share of it."""
+    columns: _Columns, found: Array, held: Array, scale: Array, distinct: BaseParameters, covariance: Array,
+    base: pd.DataFrame,
+) -> pd.DataFrame:  # fmt: skip
+    """Table of all parameters: prior and identified values, standard deviation, and the prior's share of it.
+
+    ``held`` is what the prior adds to the diagonal of the normal equations of the parameters times ``scale``, (p,).
+    """
     import pandas as pd
 
-    before = _prior_weights(hessian, problem)
     size = np.sqrt(np.diag(covariance))
-    scaled = combined / problem.scale / size[:, None]
+    scaled = distinct.combined / scale / size[:, None]
     information = scaled.T @ np.linalg.solve(covariance / np.outer(size, size), scaled)
-    after = np.diag(np.linalg.inv(information + np.diag(before)))
-    deviation = np.hypot(np.sqrt(after) / problem.scale, pull)
-    values = {"prior": columns.prior, "identified": found, "deviation": deviation}
-    return pd.DataFrame({**values, "share": np.sqrt(after * before)}, index=columns.names)
+    share = np.sqrt(np.diag(np.linalg.inv(information + np.diag(held))) * held)
+    values = {"prior": columns.prior, "identified": found, "deviation": np.inf, "share": share}
+    table = pd.DataFrame(values, index=columns.names)
+    alone = np.count_nonzero(distinct.combined, axis=1) == 1
+    table.loc[base.index[alone], "deviation"] = base["deviation"][alone]
+    return table
 
 
-def _error_table(problem: Problem, spread: Array, measured: Array, arm: Arm) -> pd.DataFrame:
+def _error_table(before: Array, held_out: Array, gap: int, measured: Array, used: Mask, arm: Arm) -> pd.DataFrame:
+    """Table of the errors at the samples of all folds.
+
+    ``before``: what the given model does not explain, (N, n); ``held_out``: what the identified one does not.
+    """
     import pandas as pd
 
-    given = np.concatenate([fold.wanted for fold in problem.folds]) * spread
-    identified = np.concatenate(problem.held_out()) * spread
-    gap = (len(measured) - len(given)) // (2 * len(problem.folds))
-    edges = np.linspace(0, len(measured), len(problem.folds) + 1).astype(int)
-    used = np.concatenate([measured[a + gap : b - gap] for a, b in pairwise(edges)])
-    still = used.std(axis=0) == 0.0
-    correlation = [
-        np.nan if still[i] else float(np.corrcoef(used[:, i], used[:, i] - identified[:, i])[0, 1])
-        for i in range(arm.n)
-    ]
-    rms = {"measured": used, "given": given, "identified": identified}
-    columns = {name: np.sqrt(np.mean(values**2, axis=0)) for name, values in rms.items()}
+    edges = pairwise(np.linspace(0, len(measured), FOLDS + 1).astype(int))
+    kept = np.concatenate([np.arange(a + gap, b - gap) for a, b in edges])
+    torque, some, given = measured[kept], used[kept], before[kept]
+    correlation = np.full(arm.n, np.nan)
+    for i in range(arm.n):
+        both = torque[some[:, i], i], (torque - held_out)[some[:, i], i]
+        if all(np.ptp(one) > 0.0 for one in both):
+            correlation[i] = np.corrcoef(*both)[0, 1]
+    rms = {"measured": torque, "given": given, "identified": held_out}
+    columns = {name: _rms(values * some, some) for name, values in rms.items()}
     return pd.DataFrame({**columns, "correlation": correlation}, index=arm.joint_names)
+
+
+def _rms(values: Array, used: Mask) -> Array:
+    """RMS of each joint's values, which are zero where they are not used, (N, n) to (n,)."""
+    return np.asarray(np.sqrt(np.sum(values**2, axis=0) / np.maximum(used.sum(axis=0), 1)))
 
 
 def _contributions(

@@ -8,11 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Mask
 from drivetrain.dynamics.regressor import COLUMN, ROW, ten_parameters
 
 # Smallest eigenvalue of a pseudo-inertia over its largest: allows point masses, and planar arms with only Izz.
 LEAST = 1e-9
+INSIDE = 1e-3  # the same ratio where the search starts: from the limit, as of a point mass, it would not get away
+FIRST = 1e-4  # friction from which the search starts where it is zero: there the slope of its square root vanishes
 LOWER = np.tril_indices(4)
 
 
@@ -41,18 +43,22 @@ def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) 
         found: Unconstrained solution, (p,): ten parameters per body, then parameters that must not be negative.
         hessian: Matrix of the normal equations, (p, p).
         bodies: Number of bodies.
-        start: Parameters from which the solution starts, (p,).
+        start: Parameters of bodies from which the solution starts, (p,).
     """
-    from scipy.optimize import least_squares
+    from scipy.optimize import least_squares, lsq_linear
 
-    inertial = 10 * bodies
-    if consistent(found[:inertial]) and (found[inertial:] >= 0.0).all():
-        return found
+    inertial, near = 10 * bodies, found
     root = np.linalg.cholesky(hessian).T
+    if (found[inertial:] < 0.0).any():  # without the limits of the bodies the problem is convex and soon solved
+        size = np.sqrt(np.diag(hessian))
+        least = np.r_[np.full(inertial, -np.inf), np.zeros(len(found) - inertial)]
+        near = lsq_linear(root / size, root @ found, (least, np.inf), method="bvls").x / size
+    if consistent(near[:inertial]):
+        return near
     values, vectors = np.linalg.eigh(pseudo_inertias(start[:inertial]))
-    values = np.maximum(values, LEAST * np.maximum(values[:, -1:], LEAST))
+    values = np.maximum(values, INSIDE * np.maximum(values[:, -1:], LEAST))
     factors = np.linalg.cholesky((vectors * values[:, None, :]) @ np.swapaxes(vectors, 1, 2))
-    first = np.concatenate([factors[:, LOWER[0], LOWER[1]].ravel(), np.sqrt(np.maximum(start[inertial:], 0.0) + LEAST)])
+    first = np.concatenate([factors[:, LOWER[0], LOWER[1]].ravel(), np.sqrt(near[inertial:] + FIRST)])
 
     def parameters(free: Array) -> Array:
         factor = np.zeros((bodies, 4, 4))
@@ -73,7 +79,9 @@ def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) 
         derivative[range(inertial, len(free)), range(inertial, len(free))] = 2.0 * free[inertial:]
         return root @ derivative
 
-    answer = least_squares(lambda free: root @ (parameters(free) - found), first, jacobian, x_scale="jac", max_nfev=200)
+    answer = least_squares(
+        lambda free: root @ (parameters(free) - found), first, jacobian, method="lm", x_scale="jac", max_nfev=200
+    )
     return parameters(answer.x)
 
 
@@ -107,13 +115,20 @@ class Problem:
     folds: tuple[Fold, ...]  # contiguous parts of the recording
     scale: Array  # RMS of each column over the recording, (p,); 1 for a column that is only rounding
     friction: np.ndarray  # which columns are friction, (p,)
+    # Which columns are more than rounding, (p,); the others only have to be physically consistent, and a strong prior
+    # at inconsistent values, such as those of planar arms with only Izz, would be paid for by the others.
+    excited: np.ndarray
 
     def system(self, kept: list[int], weights: Weights) -> tuple[Array, Array]:
         """The normal equations ``H d = g`` of the folds ``kept``, including the prior."""
         gram, moment = (sum(np.asarray(self.folds[k][part]) for k in kept) for part in (0, 1))
+        return gram + np.diag(self.held(kept, weights)), np.asarray(moment)
+
+    def held(self, kept: list[int], weights: Weights) -> Array:
+        """What the prior adds to the diagonal of the normal equations, (p,)."""
         count = sum(len(self.folds[k].rows) for k in kept)
-        held = np.where(self.friction, weights.friction, weights.bodies) * count
-        return gram + np.diag(held), np.asarray(moment)
+        held = np.where(self.friction, weights.friction, weights.bodies)
+        return np.where(self.excited, held, BODIES[0]) * count
 
     def deviation(self, kept: list[int], weights: Weights) -> Array:
         """The deviation of the parameters from the prior that the folds ``kept`` give, (p,)."""
@@ -135,12 +150,19 @@ class Problem:
         found = self.deviation([k for k in kept if k != left_out], weights)
         return float(found @ fold.gram @ found - 2.0 * found @ fold.moment)
 
-    def held_out(self) -> list[Array]:
+    def consistent_change(self, kept: list[int], weights: Weights, prior: Array, bodies: int) -> Array:
+        """The change of the parameters from ``prior``, unscaled, that the folds ``kept`` give, (p,); consistent."""
+        hessian, moment = self.system(kept, weights)
+        free = prior + np.linalg.solve(hessian, moment) / self.scale
+        return nearest_consistent(free, hessian * np.outer(self.scale, self.scale), bodies, prior) - prior
+
+    def held_out(self, prior: Array, bodies: int) -> list[Array]:
         """Weighted residuals of each fold, (samples, n), with parameters and prior weights from the other folds."""
         everything, left = list(range(len(self.folds))), []
         for k, fold in enumerate(self.folds):
             others = [j for j in everything if j != k]
-            left.append(fold.wanted - fold.rows @ self.deviation(others, self.best_weights(others)))
+            change = self.consistent_change(others, self.best_weights(others), prior, bodies)
+            left.append(fold.wanted - fold.rows @ (self.scale * change))
         return left
 
 
@@ -153,7 +175,8 @@ def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap
         some = rows[first + gap : last - gap] / scale
         flat, target = some.reshape(-1, rows.shape[2]), wanted[first + gap : last - gap]
         parts.append(Fold(flat.T @ flat, flat.T @ target.ravel(), some, target))
-    return Problem(tuple(parts), np.where(np.isfinite(scale), scale, 1.0), friction)
+    excited = np.isfinite(scale)
+    return Problem(tuple(parts), np.where(excited, scale, 1.0), friction, excited)
 
 
 class BaseParameters(NamedTuple):
@@ -180,3 +203,49 @@ def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
     combined *= size / size[order[:rank], None]
     combined[np.abs(combined) < 1e-7 * np.abs(combined).max(axis=1, keepdims=True)] = 0.0
     return BaseParameters(order[:rank], combined)
+
+
+MOST_ORDER = 20  # of the autoregressive model of the errors
+
+
+def correlated_covariance(regressor: Array, left: Array, used: Mask) -> Array:
+    """Covariance of least squares with errors that are correlated over time and between joints, (r, r).
+
+    Args:
+        regressor: (N, n, r), zero in the rows that are not used.
+        left: Residuals, (N, n), zero where not used.
+        used: Which are used, (N, n).
+
+    Reference: X^T S X between two (X^T X)^-1, with the covariance S of autoregressive errors, whose order minimises
+        BIC: P. Brockwell and R. Davis, Time Series: Theory and Methods (1991), sections 8.1 and 9.3.
+    """
+    from scipy.signal import lfilter
+
+    innovations, filtered = np.empty_like(left), np.empty_like(regressor)
+    for i, count in enumerate(np.maximum(used.sum(axis=0), 1)):
+        model = _autoregression(left[:, i])
+        innovations[:, i] = lfilter(model, [1.0], left[:, i]) / np.sqrt(count)
+        # Errors are e = L w with innovations w: X^T L is the recursion run backwards in time.
+        filtered[:, i] = lfilter([1.0], model, regressor[::-1, i], axis=0)
+    count, free = used.sum(), regressor.shape[2]
+    size = innovations.T @ innovations * count / (count - free)
+    bread = np.linalg.inv(np.einsum("tir,tis->rs", regressor, regressor))
+    return np.asarray(bread @ np.einsum("tir,ij,tjs->rs", filtered, size, filtered, optimize=True) @ bread)
+
+
+def _autoregression(errors: Array) -> Array:
+    """Coefficients (1, -a_1, ..., -a_p) of the innovations e_t - a_1 e_(t-1) - ...: Yule-Walker, order by BIC."""
+    from scipy.linalg import solve_toeplitz
+
+    count = len(errors)
+    lagged = np.array([errors[: count - k] @ errors[k:] for k in range(min(MOST_ORDER, count // 10) + 1)]) / count
+    best, least = np.ones(1), np.inf
+    if lagged[0] == 0.0:
+        return best
+    for order in range(len(lagged)):
+        model = solve_toeplitz(lagged[:order], lagged[1 : order + 1]) if order else np.empty(0)
+        variance = lagged[0] - model @ lagged[1 : order + 1]
+        criterion = count * np.log(max(variance / lagged[0], 1e-300)) + order * np.log(count)
+        if criterion < least:
+            best, least = np.r_[1.0, -model], criterion
+    return best

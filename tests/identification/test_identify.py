@@ -96,18 +96,22 @@ def explained(found: dt.Identification, measured: dt.MeasuredMotion, guess: dt.A
     # The first link turns about a vertical axis: the recording has information only on its inertia about this axis.
     share = found.parameters["share"].to_numpy()
     assert share[:9] == pytest.approx(np.ones(9), abs=1e-6)
-    assert found.arm.masses[0] == pytest.approx(guess.masses[0], rel=1e-9)
+    assert found.arm.masses[0] == pytest.approx(guess.masses[0], rel=1e-5)  # to where the search for consistency ends
     # Friction is identified at every joint.
     assert share.min() > 0.0 and share.max() < 1.0 + 1e-9 and share[66:].max() < 1e-3
     # Weighted by the residuals of the guess at each joint.
-    left = rms(measured.torque - inverse_dynamics(guess, *motion))
+    moving = np.abs(qd) > 0.03 * np.abs(qd).max(axis=0)  # near rest, where friction is not known, nothing is used
+    left = rms((measured.torque - inverse_dynamics(guess, *motion)) * moving) / rms(1.0 * moving)
     laws = [np.einsum("ti,ij->tij", law, np.eye(6)) for law in (qd, rubbing)]
     base = np.concatenate([matrix, *laws], axis=2)[:, :, [names.index(name) for name in found.base.index]]
-    base = (base / left[:, None]).reshape(-1, base.shape[2])
+    base = (base * (moving / left)[:, :, None]).reshape(-1, base.shape[2])
     assert found.condition == pytest.approx(np.linalg.cond(base / np.sqrt(np.sum(base**2, axis=0))), rel=1e-6)
     # Least squares with white noise, equal at all joints, weighted by the residuals of the guess.
     fit = np.linalg.pinv(base) * np.tile(NOISE / left, len(q))
-    assert found.base["deviation"].to_numpy() == pytest.approx(np.sqrt(np.sum(fit**2, axis=1)), rel=0.25)
+    ratio = found.base["deviation"].to_numpy() / np.sqrt(np.sum(fit**2, axis=1))
+    assert (
+        np.median(ratio) == pytest.approx(1.0, abs=0.05) and 0.9 < ratio.min() and ratio.max() < 1.5
+    )  # drawn a little
 
 
 def test_base_parameters_are_within_their_deviations() -> None:
@@ -236,7 +240,7 @@ def test_inconsistent_parameters_are_made_consistent() -> None:
     assert consistent(found[:10]) and found[10] >= 0.0
     distance = (found - np.r_[bad, -1.0]) @ metric @ (found - np.r_[bad, -1.0])
     start = np.r_[possible, 0.0] - np.r_[bad, -1.0]
-    assert distance < start @ metric @ start
+    assert distance < 0.3 * start @ metric @ start  # most of it due to the mass, which can be smaller
 
 
 def test_base_parameters_of_the_planar_arm() -> None:
@@ -295,11 +299,18 @@ def test_a_measured_robot_on_unseen_data() -> None:
     found = dt.identify(arm, measured, friction=published, known_torque=known)
     ratio = found.errors["identified"] / found.errors["given"]
     assert (ratio < 1.0).all(), ratio
-    assert ratio.iloc[4] < 0.7
+    assert (ratio.iloc[3:] < 0.7).all()
     assert (found.errors["correlation"] > [0.95, 0.93, 0.86, 0.92, 0.98, 0.97]).all()
-    # The given model is the published one, so its errors are those of the published equations.
-    errors = found.errors["given"].to_numpy() / data["gear_ratio"]
-    assert errors == pytest.approx([1.04, 2.11, 2.02, 0.34, 0.33, 0.34], rel=0.03)
+    # The given model is the published one, so its errors are those of the published equations, while a joint moves.
+    rates = dt.torque_from_positions(arm, time, measured.position)
+    qd = rates.qd
+    law = data["f_vis"] * qd + data["f_coul"] * np.tanh(100.0 * qd) + data["f_a"] * np.tanh(data["f_b"] * qd)
+    predicted = dt.drive_torques(arm, measured.position, qd, rates.qdd).motor + (known + law) / data["gear_ratio"]
+    moving = np.abs(qd) > 0.03 * np.abs(qd).max(axis=0)
+    off = (measured.motor_torque - predicted) * moving
+    errors = np.sqrt(np.sum(off**2, axis=0) / moving.sum(axis=0))
+    given = found.errors["given"].to_numpy() / data["gear_ratio"]
+    assert given[:5] == pytest.approx(errors[:5], rel=0.03)  # the friction of A6 rises too slowly for a Coulomb torque
 
 
 def counterbalance(q2: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import drivetrain as dt
 from drivetrain.drive.gear import complete, mesh_of
@@ -20,6 +21,7 @@ from drivetrain.identification.least_squares import (
     GRID,
     base_parameters,
     consistent,
+    correlated_covariance,
     nearest_consistent,
     problem_of,
     pseudo_inertias,
@@ -149,10 +151,16 @@ def test_folds_and_their_normal_equations() -> None:
         return max(weights for weights, row, one in zip(GRID, more, error, strict=True) if row.sum() <= one)
 
     assert problem.best_weights([0, 1, 2, 3]) == chosen([0, 1, 2, 3])
-    for k, left in enumerate(problem.held_out()):
+    far = np.full(5, 1e3)  # from the limit of parameters that must not be negative
+    for k, left in enumerate(problem.held_out(far, 0)):
         others = [j for j in range(4) if j != k]
         fold = problem.folds[k]
-        np.testing.assert_allclose(left, fold.wanted - fold.rows @ found(others, chosen(others)), rtol=1e-8, atol=1e-12)
+        np.testing.assert_allclose(left, fold.wanted - fold.rows @ found(others, chosen(others)), rtol=1e-8, atol=1e-9)
+    # Of the second parameter, -0.1, nothing is left if it must not be negative: the errors are those of such a model.
+    limited = problem.held_out(np.zeros(5), 0)
+    assert sum((left**2).sum() for left in limited) > 1.1 * sum((left**2).sum() for left in problem.held_out(far, 0))
+    change = problem.consistent_change([0, 1, 2, 3], GRID[5], np.zeros(5), 0)
+    assert change[1] == pytest.approx(0.0, abs=1e-6) and (change >= 0.0).all()
     assert len({chosen([j for j in range(4) if j != k]) for k in range(4)} | {chosen([0, 1, 2, 3])}) > 1
 
 
@@ -179,42 +187,26 @@ def test_combinations_that_rows_tell_apart() -> None:
 # --- what is known of the fit
 
 
-def test_correlated_samples_by_summing_products() -> None:
-    rng = np.random.default_rng(5)
-    noise = rng.normal(size=(403, 2))
-    slow = np.array([noise[:, 0], noise[:, 1]]).T
-    for t in range(1, 403):
-        slow[t] += [0.8, 0.4] * slow[t - 1]
-    counts = []
-    for column in slow.T:
-        left = column - column.mean()
-        products = np.array([left[: 403 - k] @ left[k:] for k in range(201)]) / (left @ left)
-        end = next((k for k in range(201) if products[k] < 0.0), 201)
-        counts.append(1.0 + 2.0 * products[1:end].sum())
-    assert fit._correlated_samples(slow) == pytest.approx(np.mean(counts), rel=1e-9)
-    assert counts[0] > 1.5 * counts[1] > 1.5
-    ramp = np.arange(9.0)[:, None]  # never below zero within half of it, or at once
-    left = ramp[:, 0] - 4.0
-    products = np.array([left[: 9 - k] @ left[k:] for k in range(4)]) / 60.0
-    end = next((k for k in range(4) if products[k] < 0.0), 4)
-    assert fit._correlated_samples(ramp) == pytest.approx(1.0 + 2.0 * products[1:end].sum())
-    assert fit._correlated_samples(np.ones((12, 1))) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("correlation", [0.0, 0.9])
-def test_covariance_by_clusters(correlation: float) -> None:
-    """Of sums over clusters: the sandwich (X'X)^-1 sum(u u') (X'X)^-1 with its correction for few of them."""
-    rng = np.random.default_rng(6)
-    regressor, left = rng.normal(size=(120, 2, 3)), rng.normal(size=(120, 2))
-    for t in range(1, 120):
-        left[t] += correlation * left[t - 1]
-    length = int(min(max(4.0 * fit._correlated_samples(left), 1.0), 20))
-    assert (length == 20) == (correlation > 0.0)
-    sums = [sum(regressor[t].T @ left[t] for t in range(k, min(k + length, 120))) for k in range(0, 120, length)]
-    bread = np.linalg.inv(sum(one.T @ one for one in regressor))
-    count = len(sums)
-    wanted = bread @ sum(np.outer(u, u) for u in sums) @ bread * count / (count - 1) * 240 / 237
-    np.testing.assert_allclose(fit._covariance(regressor, left), wanted, rtol=1e-10)
+def test_covariance_of_autoregressive_errors() -> None:
+    """The scatter of least squares over many draws of errors whose correlation is known, and that of the joints."""
+    rng, length, draws = np.random.default_rng(5), 400, 300
+    time = np.linspace(0.0, 10.0, length)
+    regressor = np.stack([np.sin(k * time[:, None] + [0.0, 1.0]) for k in (1.0, 2.0, 5.0)], axis=2)
+    used = np.ones((length, 2), bool)
+    used[150:200, 0] = False
+    regressor *= used[:, :, None]
+    flat = regressor.reshape(-1, 3)
+    for first, second in ((0.0, 0.0), (0.9, 0.0), (1.5, -0.6)):
+        noise = rng.normal(size=(draws, length + 100, 1)) + 0.5 * rng.normal(size=(draws, length + 100, 2))
+        errors = lfilter([1.0], [1.0, -first, -second], noise, axis=1)[:, 100:] * used
+        found = np.linalg.lstsq(flat, errors.reshape(draws, -1).T)[0].T
+        stated = [
+            correlated_covariance(regressor, one - regressor @ answer, used)
+            for one, answer in zip(errors[:60], found[:60], strict=True)
+        ]
+        size = np.sqrt(np.diag(np.mean(stated, axis=0)))
+        assert size == pytest.approx(found.std(axis=0), rel=0.2)  # of 300 draws: 4 % of it, and bias of few samples
+    assert correlated_covariance(regressor, np.zeros((length, 2)), used) == pytest.approx(np.zeros((3, 3)))
 
 
 def test_friction_with_what_was_found() -> None:
@@ -324,8 +316,15 @@ def test_what_is_found_explains_the_recording(identified: Any) -> None:
 def test_tables_of_uncertainty_and_errors(identified: Any) -> None:
     found, measured, guess = identified
     matrix, left = regressor_of(measured, guess)
-    spread = rms(left)
-    rows, wanted = matrix / spread[:, None], left / spread
+    moving = np.abs(measured.velocity) > 0.03 * np.abs(measured.velocity).max(axis=0)  # friction near rest is not known
+    assert 0.9 < moving.mean() < 1.0
+
+    def some(values: np.ndarray) -> np.ndarray:
+        return np.sqrt((values**2).sum(axis=0) / moving[used].sum(axis=0))
+
+    used = np.arange(200)
+    spread = some(left * moving)
+    rows, wanted = matrix / spread[:, None] * moving[:, :, None], left / spread * moving
     size = np.sqrt((rows**2).sum(axis=1).mean(axis=0))
     size[size < 1e-10 * size.max()] = np.inf
     ends = np.linspace(0, 200, 11).astype(int)
@@ -346,12 +345,12 @@ def test_tables_of_uncertainty_and_errors(identified: Any) -> None:
     columns = rows.reshape(-1, 26)
     assert len(leading) == np.linalg.matrix_rank(columns / finite, tol=1e-9 * np.linalg.norm(columns / finite))
     combined = np.linalg.lstsq(columns[:, leading], columns, rcond=None)[0]
-    pull = np.linalg.solve(normal, held * change) / finite
     chosen = rows[:, :, leading]
+    plain = np.linalg.lstsq(chosen.reshape(-1, len(leading)), wanted.ravel())[0]
     norm = np.sqrt((chosen**2).sum(axis=(0, 1)))
-    covariance = fit._covariance(chosen / norm, wanted - rows @ (numbers - prior)) / np.outer(norm, norm)
+    covariance = correlated_covariance(chosen / norm, wanted - chosen @ plain, moving) / np.outer(norm, norm)
     np.testing.assert_allclose(found.base["value"], combined @ numbers, rtol=1e-9, atol=1e-12)
-    deviation = np.hypot(np.sqrt(np.diag(covariance)), combined @ pull)
+    deviation = np.hypot(np.sqrt(np.diag(covariance)), combined @ (numbers - prior) - plain)
     np.testing.assert_allclose(found.base["deviation"], deviation, rtol=1e-6)
     singular = np.linalg.svd((chosen / norm).reshape(400, -1), compute_uv=False)
     assert found.condition == pytest.approx(singular[0] / singular[-1], rel=1e-9)
@@ -359,15 +358,23 @@ def test_tables_of_uncertainty_and_errors(identified: Any) -> None:
     scaled = combined / finite
     after = np.diag(np.linalg.inv(scaled.T @ np.linalg.inv(covariance) @ scaled + np.diag(held)))
     np.testing.assert_allclose(found.parameters["share"], np.sqrt(after * held), rtol=1e-5)
-    np.testing.assert_allclose(found.parameters["deviation"], np.hypot(np.sqrt(after) / finite, pull), rtol=1e-5)
+    # Finite for parameters that act like no others.
+    unlike = [
+        np.linalg.matrix_rank(columns[:, [j for j in range(26) if j != k]] / np.delete(finite, k)) for k in leading
+    ]
+    alone = [name for name, rank in zip(found.base.index, unlike, strict=True) if rank < len(leading)]
+    assert 4 < len(alone) < len(leading) and "a.coulomb [N m]" in alone
+    told = found.parameters["deviation"]
+    assert set(told.index[np.isfinite(told)]) == set(alone)
+    np.testing.assert_allclose(told[alone], found.base.loc[alone, "deviation"])
     # Errors on what was held out.
-    missed = np.concatenate(problem.held_out()) * spread
+    missed = np.concatenate(problem.held_out(prior, 2)) * spread
     errors = found.errors
-    np.testing.assert_allclose(errors["measured"], rms(measured.torque[used]), rtol=1e-9)
-    np.testing.assert_allclose(errors["given"], rms(left[used]), rtol=1e-9)
-    np.testing.assert_allclose(errors["identified"], rms(missed), rtol=1e-6)
+    np.testing.assert_allclose(errors["measured"], some((measured.torque * moving)[used]), rtol=1e-9)
+    np.testing.assert_allclose(errors["given"], some((left * moving)[used]), rtol=1e-9)
+    np.testing.assert_allclose(errors["identified"], some(missed), rtol=1e-6)
     model = measured.torque[used] - missed
-    wanted = [np.corrcoef(measured.torque[used][:, i], model[:, i])[0, 1] for i in range(2)]
+    wanted = [np.corrcoef(measured.torque[used][m, i], model[m, i])[0, 1] for i, m in enumerate(moving[used].T)]
     np.testing.assert_allclose(errors["correlation"], wanted, rtol=1e-9)
     assert repr(found) == f"Identification({len(leading)} base parameters, better on 2 of 2 joints)"
     assert "N m" in found._repr_html_()
