@@ -225,6 +225,7 @@ def _checks(
             found.append(_requiring(check, safety.rms * effective, None, safety.reserve))
         elif check.name == "winding temperature":
             hottest = None if heat is None else heat.peak_winding if known else math.inf
+            check = check if hottest is None or known else replace(check, remark="thermal runaway")
             instant = heat.peak_time if heat is not None and known else None
             found.append(_requiring(check, hottest, instant, safety.reserve, evaluation.study.ambient))
     return tuple(found)

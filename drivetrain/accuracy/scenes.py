@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace
 
@@ -25,7 +26,7 @@ from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.effects.motor.supply_bus import StiffSupply
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
-from drivetrain.errors import InputError
+from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.cost_results import Choice
 from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.mechanics import ratios_of
@@ -150,6 +151,9 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         joint = evaluation.joints[task.name]
         stated = task.sharing[0] if task.sharing else task.name  # what the study says of both motors of an axis
         control, teeth = settings.control.get(stated), settings.cogging.get(stated)
+        if task.sharing and control is not None and control.integral_time is not None:
+            problem = "cannot be combined with two motors on the axis, whose integrators would act against each other"
+            raise InputError(Fault(f"simulation.control.{stated}.integral_time", problem, control.integral_time))
         own = [one for effect in effects[task.name] for one in _current_loop(effect, joint.drive, settings, control)]
         own = [one for effect in own for one in _sampled_cascade(effect, ratios[task.name], control)]
         motors = 2.0 if TWO_AS_ONE in joint.drive.assumptions else 1.0
@@ -189,17 +193,21 @@ def _current_loop(effect: Effect, drive: Drive, options: Simulation, control: Co
 
 
 def _sampled_cascade(effect: Effect, ratio: float, control: Control | None) -> tuple[Effect, ...]:
-    """Replace the position loop by a sampled cascade with the same gains and an encoder, where the study states one.
+    """Replace the position loop by a sampled cascade and an encoder, where the study states one.
 
-    Stiffness K and damping D at the joint correspond to a position gain K / D and a speed gain D / (ratio^2 kt) at the
-    motor.
+    Gains that the study does not state are those of the position loop: stiffness K and damping D at the joint
+    correspond to a position gain K / D and a speed gain D / (ratio^2 kt) at the motor.
     """
     if control is None or not isinstance(effect, PositionLoop):
         return (effect,)
-    gain = effect.damping / (ratio**2 * effect.torque_constant)
-    counts = None if control.encoder_bits is None else 2**control.encoder_bits
-    cascade = SampledCascade(effect.stiffness / effect.damping, gain, every=1.0 / control.rate, delay=control.delay)
-    return Encoder(counts), cascade
+    position, speed = effect.stiffness / effect.damping, effect.damping / (ratio**2 * effect.torque_constant)
+    cascade = SampledCascade(
+        position if control.position_gain is None else control.position_gain,
+        speed if control.speed_gain is None else control.speed_gain,
+        math.inf if control.integral_time is None else control.integral_time,
+        every=1.0 / control.rate, delay=control.delay,
+    )  # fmt: skip
+    return Encoder(None if control.encoder_bits is None else 2**control.encoder_bits), cascade
 
 
 def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ...]:

@@ -212,7 +212,8 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
         "each command holds until the next (zero order)",
     ]
     for name, one in scales.items():
-        head.append(f"{name}: {one.base}; 1 {one.unit.removesuffix('s')} is {float(one.amperes)!r} A dc")
+        unit = "count" if one.unit == "counts" else one.unit
+        head.append(f"{name}: {one.base}; 1 {unit} is {float(one.amperes)!r} A dc")
     return _Commands(tuple(head), time, scales, written, position, velocity)
 
 

@@ -112,9 +112,14 @@ class ToolPath:
             turns_only = any(
                 np.allclose(piece.start[:3, 3], piece.end[:3, 3], atol=SMALLEST_LENGTH) for piece in neighbours
             )
-            if turns_only or not 0.0 < blend < available:
-                problem = "a corner is rounded between two moves with a way, each longer than its roundings [m]"
-                raise InputError(Fault("blend", problem, blend))
+            if turns_only:
+                problem = f"corner {k + 1} cannot be rounded: one of its moves only turns the tool"
+                raise InputError(Fault("blend", problem, f"{1e3 * blend:.4g} mm"))
+            if not 0.0 < blend < available:
+                problem = (
+                    f"the moves at corner {k + 1} leave {1e3 * available:.4g} mm for its rounding, which must be less"
+                )
+                raise InputError(Fault("blend", problem, f"{1e3 * blend:.4g} mm"))
 
     @cached_property
     def _ends(self) -> Array:

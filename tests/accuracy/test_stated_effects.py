@@ -146,6 +146,32 @@ def test_the_choice_is_proven_with_them(full: Scene) -> None:
     assert found.proof is None or found.proof.proven
 
 
+def test_stated_gains_are_those_of_the_cascade(evaluation: Evaluation, full: Scene) -> None:
+    """Gains that are not stated stay those of the position loop; written out, those change nothing."""
+    [usual] = [one for one in full.effects["joint_2"] if isinstance(one, SampledCascade)]
+    settings = evaluation.study.simulation
+
+    def cascade(**gains: float) -> SampledCascade:
+        control = {**settings.control, "joint_2": replace(settings.control["joint_2"], **gains)}
+        scene = full_scene(evaluation, replace(settings, control=control))
+        return next(one for one in scene.effects["joint_2"] if isinstance(one, SampledCascade))
+
+    assert cascade(position_gain=usual.position_gain, speed_gain=usual.speed_gain) == usual
+    assert cascade(integral_time=0.3) == replace(usual, integral_time=0.3)
+    own = cascade(position_gain=3.0, speed_gain=0.07, integral_time=0.3)
+    assert (own.position_gain, own.speed_gain, own.integral_time) == (3.0, 0.07, 0.3)
+
+
+def test_gains_of_a_study(tmp_path: Path) -> None:
+    """In the units of amplifiers; 60 rpm are 2 pi rad/s."""
+    gains = "position_gain: 1.2 (m/min)/mm, speed_gain: 2 mA/rpm, integral_time: 80 ms"
+    path = written(tmp_path / "puma", f"\nsimulation: {{control: {{default: {{{gains}}}}}}}\n")
+    control = dt.load_study(path).simulation.control["joint_3"]
+    assert control.position_gain == pytest.approx(20.0)
+    assert control.speed_gain == pytest.approx(2e-3 * 60.0 / (2.0 * np.pi))
+    assert control.integral_time == pytest.approx(0.08)
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [

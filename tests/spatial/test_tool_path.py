@@ -65,7 +65,7 @@ def test_invalid_circles_and_corners_are_errors() -> None:
     line = Piece(START, CORNER, 0.5 * (START[:3, 3] + CORNER[:3, 3]))
     with pytest.raises(InputError, match="no line holds"):
         ToolPath((line,)).length  # noqa: B018
-    with pytest.raises(InputError, match="longer than its roundings"):
+    with pytest.raises(InputError, match="corner 2 leave 262 mm for its rounding"):
         chain(0.15, 0.3)
 
 

@@ -85,7 +85,7 @@ def test_rotations_in_other_words(study: Study, rotation: str) -> None:
         ("rpy: [180 deg, 0 deg, 0 deg]", "rpy: [180, 0, 0]", r"moves\[0\].to.rpy: needs a unit"),
         ("rpy: [180 deg", "quaternion: [1, 0, 0, 0], rpy: [180 deg", "at most one of: rpy, quaternion, axis_angle"),
         ("rpy: [180 deg, 0 deg, 0 deg]", "quaternion: [0, 0, 0, 0]", "quaternion must not be zero"),
-        ("blend: 30 mm", "blend: 300 mm", "move 2 to 3: blend: a corner is rounded between"),
+        ("blend: 30 mm", "blend: 300 mm", "move 2 to 3: blend: the moves at corner 1 leave 150 mm for its rounding"),
         ("via: [600 mm", "bia: [600 mm", r"moves\[3\].bia: is not known here; did you mean 'via'"),
         (
             "position: [500 mm, -50",

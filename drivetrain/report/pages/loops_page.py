@@ -94,8 +94,14 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
         if timing.period == 0.0
         else f"loops sampled at {number(1e-3 / timing.period)} kHz, output {late} and held"
     )
+    cascade = one.design
+    gains = (
+        f"position_gain: {cascade.position_gain:.4g} 1/s, speed_gain: {cascade.speed_gain:.4g} A s/rad, "
+        f"integral_time: {1e3 * cascade.integral_time:.4g} ms"
+    )
     return (
         servo,
+        f"to simulate with these gains: `simulation: {{control: {{{one.joint}: {{{gains}}}}}}}`",
         "amperes are those of the equivalent DC machine; for amperes rms of a phase divide by 1.225, for their "
         "amplitude by 0.866",
         "the current loop counts as a lag of its bandwidth; resistance and inductance are those between two terminals",

@@ -10,12 +10,12 @@ from drivetrain.report.charts.run_charts import FRICTION, run_charts
 from drivetrain.report.pages.sheet import Row, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
-from drivetrain.report.words import common_unit, end_of, required_text
+from drivetrain.report.words import check_sentence, common_unit, end_of, required_text
 from drivetrain.simulation.cost_results import Decision
 from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
-UNTRUSTED = (UNACCOUNTED, "verify")  # events by which a run reports that its results are not reliable
+WARNINGS = (UNACCOUNTED, "verify", "winding", "runaway")  # events: results not reliable, windings too hot
 WORK = {
     "solves": "systems of equations solved",
     "instants": "instants in the recording",
@@ -51,7 +51,7 @@ def simulation_lines(found: SimulationFound) -> list[str]:
     lines = [f"{found.effects}; {recording.about.get('solver', '')}: {work}"]
     if recording.stopped_by is not None:
         lines.append(f"stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}")
-    lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in UNTRUSTED]
+    lines += [f"warning: at {one.time:.4g} s: {one.detail}" for one in recording.events if one.name in WARNINGS]
     if recording.verified:
         lines.append(f"run once more, finer: {len(recording.verified)} quantities side by side on the page")
     if made is not None:
@@ -62,8 +62,18 @@ def simulation_lines(found: SimulationFound) -> list[str]:
             )
         end = end_of(found.evaluation.study)
         lines.append(f"{end.name}: at most {end.far(made.tip_deviation)} from the command")
-        lines.append(f"the study's checks on this run: {made.verdict}")
+        lines.append(f"the study's checks on this run: {made.verdict}{_closest(made)}")
     return lines
+
+
+def _closest(made: Decision) -> str:
+    """The check of the run with the highest utilisation; empty if none could be made."""
+    used = [(check.utilisation, name, check) for name, checks in made.checks.items() for check in checks
+            if check.utilisation is not None]  # fmt: skip
+    if not used:
+        return ""
+    _, name, check = max(used, key=lambda one: one[0])
+    return f"; closest to a limit: {name}: {check_sentence(check)}"
 
 
 def _run(found: SimulationFound) -> Section:
@@ -76,7 +86,7 @@ def _run(found: SimulationFound) -> Section:
     lead = [f"{found.effects[0].upper()}{found.effects[1:]}. {recording.about.get('solver', '')}: {work}."]
     if recording.stopped_by is not None:
         lead.append(f"Stopped at {recording.stopped_by.time:.6g} s: {recording.stopped_by.detail}.")
-    lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in UNTRUSTED]
+    lead += [f"Warning, at {one.time:.4g} s: {one.detail}." for one in recording.events if one.name in WARNINGS]
     if made is not None:
         end = end_of(found.evaluation.study)
         lead.append(f"The {end.name} is at most {end.far(made.tip_deviation)} from the command.")

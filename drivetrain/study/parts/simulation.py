@@ -75,6 +75,10 @@ class Control:
         amplifier_rate: Sample rate of the current loop [Hz]; None: it is continuous.
         delay: Delay from measurement to output [samples].
         encoder_bits: Resolution of the motor's encoder per turn [bit]; None: ideal.
+        position_gain: Gain of the position loop [1/s]; None: that of the simulation's ``bandwidth``.
+        speed_gain: Gain of the speed loop, at the motor, in amperes of the equivalent DC machine [A s/rad]; None: that
+            of the simulation's ``bandwidth``.
+        integral_time: Integral time of the speed loop [s]; None: no integrator.
     """
 
     sampled: bool = True
@@ -82,6 +86,9 @@ class Control:
     amplifier_rate: Rate | None = 1e4
     delay: Annotated[int, Ge(0), Le(2)] = 1
     encoder_bits: Annotated[int, Ge(4), Le(40)] | None = None
+    position_gain: Annotated[float, Quantity("1/s", minimum=0.0)] | None = None
+    speed_gain: Annotated[float, Quantity("A s/rad", minimum=0.0)] | None = None
+    integral_time: Duration | None = None
 
 
 @dataclass(frozen=True)
