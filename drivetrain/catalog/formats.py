@@ -46,7 +46,7 @@ def translate(form: Format, table: str, record: Mapping[str, str], file: str) ->
         text = "; ".join(filled) if ours == "notes" else next(iter(filled), "")
         column = known[ours]
         if column.content == NUMBER:
-            text = _number_text(text, zero_is_unknown=column.low is not None and column.low > 0.0)
+            text = _number_text(text, zero_is_unknown=column.low > 0.0)
         cells[ours] = text
     cells.update({name: text for name, text in form.fixed.items() if not cells.get(name)})
     cells["key"] = "_".join(cells["key"].split())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -102,10 +103,10 @@ def lint(folder: str | Path, *, beside: Iterable[str | Path] = ()) -> list[LintF
     faults = [fault for table in tables.values() for fault in _table_faults(table)]
     for name, rules in RULES.items():
         if name in tables:
-            faults += _row_faults(tables[name], name, rules)
+            faults += _row_faults(tables[name], rules)
     if GEARS in tables:
         families = check_families(tables[GEARS].rows)
-        faults += [_as_fault(tables[GEARS], GEARS, row, finding) for row, finding in families]
+        faults += [_as_fault(tables[GEARS], row, finding) for row, finding in families]
     groups = [tables, *(_tables(Path(other)) for other in beside)]
     if PAIRS in tables:
         faults += _pair_faults(tables[PAIRS], groups)
@@ -128,13 +129,13 @@ def _table_faults(table: Table) -> Iterator[LintFault]:
         )  # fmt: skip
 
 
-def _row_faults(table: Table, name: str, rules: Rules) -> list[LintFault]:
+def _row_faults(table: Table, rules: Rules) -> list[LintFault]:
     """Faults of the rows of one table: physics, missing source, and duplicates."""
     faults: list[LintFault] = []
     for row in table.rows:
-        faults += [_as_fault(table, name, row, finding) for finding in rules(row.cells)]
+        faults += [_as_fault(table, row, finding) for finding in rules(row.cells)]
     findings = [*_provenance(table.rows), *_duplicates(table.rows)]
-    return faults + [_as_fault(table, name, row, finding) for row, finding in findings]
+    return faults + [_as_fault(table, row, finding) for row, finding in findings]
 
 
 def _provenance(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
@@ -163,14 +164,14 @@ def _duplicates(rows: Sequence[Row]) -> Iterator[tuple[Row, Finding]]:
             yield row, warning("part_number", f"the same part has a row with the key {earlier}")
 
 
-def _as_fault(table: Table, name: str, row: Row, finding: Finding, part: str | None = None) -> LintFault:
+def _as_fault(table: Table, row: Row, finding: Finding, part: str | None = None) -> LintFault:
     """A finding with its place in the file and its values in the file's units; ``part``: of a cell with several."""
     cell, predicted = row.cells.get(finding.column), finding.predicted
     printed: object = cell if part is None else part
     if isinstance(printed, float):
-        printed = table.as_printed(finding.column, printed, TABLES[name])
+        printed = table.as_printed(finding.column, printed)
     if predicted is not None:
-        predicted = table.as_printed(finding.column, predicted, TABLES[name])
+        predicted = table.as_printed(finding.column, predicted)
     header, key = table.headers.get(finding.column, finding.column), row.text("key") or row.text("motor_key")
     return LintFault(str(table.path), row.line, header, key, finding.severity, finding.problem, printed, predicted)
 
@@ -181,13 +182,12 @@ def _pair_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterato
     for row in table.rows:
         motor, listed = row.text("motor_key"), row.text("gear_keys").split()
         if motors is not None and motor not in motors:
-            yield _as_fault(table, PAIRS, row, error("motor_key", "no motor has this key"))
-        for key in listed if gears is not None else ():
-            if key not in (gears or ()):
-                yield _as_fault(table, PAIRS, row, error("gear_keys", "no gear has this key"), key)
-        twice = sorted({key for key in listed if listed.count(key) > 1}) if len(set(listed)) < len(listed) else []
-        for key in twice:
-            yield _as_fault(table, PAIRS, row, warning("gear_keys", "is given twice in this row"), key)
+            yield _as_fault(table, row, error("motor_key", "no motor has this key"))
+        for key in listed:
+            if gears is not None and key not in gears:
+                yield _as_fault(table, row, error("gear_keys", "no gear has this key"), key)
+        for key in sorted(key for key, times in Counter(listed).items() if times > 1):
+            yield _as_fault(table, row, warning("gear_keys", "is given twice in this row"), key)
 
 
 def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterator[LintFault]:
@@ -196,7 +196,7 @@ def _price_faults(table: Table, groups: Sequence[Mapping[str, Table]]) -> Iterat
     for row in table.rows:
         key = row.text("part_key")
         if key and known and key not in known:
-            yield _as_fault(table, PRICES, row, error("part_key", "no part has this key"))
+            yield _as_fault(table, row, error("part_key", "no part has this key"))
 
 
 def _keys(groups: Iterable[Mapping[str, Table]], name: str) -> Collection[str] | None:

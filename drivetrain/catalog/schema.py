@@ -7,6 +7,7 @@ never 0.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -37,8 +38,8 @@ class Column:
     # is not checked (a currency)
     unit: str = ""
     # smallest and largest plausible number [in ``unit``]; the reader refuses others
-    low: float | None = None
-    high: float | None = None
+    low: float = -math.inf
+    high: float = math.inf
     choices: tuple[str, ...] = ()  # accepted words of a ``choice``
     needed: bool = False  # whether a row with an empty cell is refused
     lint_only: bool = False  # whether only the lint uses the values

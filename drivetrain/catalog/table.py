@@ -54,6 +54,7 @@ class Table:
     """Contents of one CSV file."""
 
     path: Path  # the file
+    columns: Sequence[Column]  # that it may have
     headers: Mapping[str, str]  # each known column's header as written, by column name
     units: Mapping[str, str]  # each number column's unit as written, by column name
     rows: tuple[Row, ...]  # in file order
@@ -68,8 +69,8 @@ class Table:
         """A fault at one cell of this table."""
         return self.fault(CellFault(row.line, self.headers.get(name, name), problem, value, hint))
 
-    def as_printed(self, name: str, value: float, columns: Sequence[Column]) -> float:
-        unit = by_name(columns)[name].unit
+    def as_printed(self, name: str, value: float) -> float:
+        unit = by_name(self.columns)[name].unit
         return float(from_si(value, unit, self.units.get(name, ""))) if unit else value
 
 
@@ -97,7 +98,7 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
     if not lines:
         hint = "columns: " + ", ".join(column.name for column in columns)
         missing = CellFault(1, "", "must be a header row with the column names", hint=hint)
-        return Table(path, {}, {}, (), (missing,))
+        return Table(path, columns, {}, {}, (), (missing,))
     headers, faults = _read_headers(lines[0][1], columns)
     body = lines[1:]
     faults += _width_faults(len(lines[0][1]), body)
@@ -109,7 +110,7 @@ def read_table(path: Path, columns: Sequence[Column]) -> Table:
     faults += _key_faults(rows)
     names = {header.column.name: header.text for header in headers}
     units = {header.column.name: header.unit for header in headers if header.column.content == NUMBER}
-    return Table(path, names, units, rows, tuple(sorted(faults, key=lambda fault: fault.line)))
+    return Table(path, columns, names, units, rows, tuple(sorted(faults, key=lambda fault: fault.line)))
 
 
 def csv_lines(path: Path) -> list[tuple[int, list[str]]]:
@@ -228,28 +229,22 @@ def _number_problems(
 ) -> Iterator[tuple[int, str, str]]:
     """Index, problem and hint of cells that are not a number, or not a plausible one."""
     column = header.column
-    low, high = _shown(column.low, header), _shown(column.high, header)
+    bounds = np.array([column.low, column.high])
+    low, high = from_si(bounds, column.unit, header.unit) if column.unit else bounds
     for index, text in enumerate(texts):
         if not text:
             continue
         if not math.isfinite(raw[index]):
             yield index, "must be a number", _number_hint(text)
-        elif values[index] == 0.0 and column.low is not None and column.low > 0.0:
+        elif values[index] == 0.0 and column.low > 0.0:
             yield index, "cannot be 0", "leave the cell empty when it is unknown"
-        elif (column.low is not None and values[index] < column.low) or (
-            column.high is not None and values[index] > column.high
-        ):
-            yield index, f"must lie between {low} and {high} {header.unit}".rstrip(), "check the header's unit"
+        elif not column.low <= values[index] <= column.high:
+            problem = f"must lie between {low:.4g} and {high:.4g} {header.unit}"
+            yield index, problem.rstrip(), "check the header's unit"
         elif column.name in NEVER_ZERO and values[index] == 0.0:
             yield index, "cannot be 0", ""
         elif column.name in WHOLE and values[index] != round(values[index]):
             yield index, "must be a whole number", ""
-
-
-def _shown(value: float | None, header: _Header) -> str:
-    if value is None:
-        return ""
-    return f"{float(from_si(value, header.column.unit, header.unit)) if header.column.unit else value:.4g}"
 
 
 def _number_hint(text: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -127,15 +128,14 @@ def isolated(sizes: Array, times_larger: float) -> NDArray[np.bool_]:
     return np.asarray((sizes > times_larger * third) & (sizes > 0.0))
 
 
-def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> list[str]:
+def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> Iterator[str]:
     """Warning about the largest spike of acceleration that lasts one or two samples, in the unit of the positions."""
     size = np.abs(acceleration)
     spikes = np.flatnonzero(isolated(size, SPIKE) & (size > SPIKE_SHARE * size.max()))
-    if not len(spikes):
-        return []
-    worst = int(spikes[size[spikes].argmax()])
-    text = f"acceleration of {joint} has a spike of {acceleration[worst] / factor(unit):.4g} {unit}/s^2"
-    return [f"warning: {text} at t = {time[worst]:.6g} s: peak torque will be that of the spike"]
+    if len(spikes):
+        worst = int(spikes[size[spikes].argmax()])
+        text = f"acceleration of {joint} has a spike of {acceleration[worst] / factor(unit):.4g} {unit}/s^2"
+        yield f"warning: {text} at t = {time[worst]:.6g} s: peak torque will be that of the spike"
 
 
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
@@ -162,29 +162,26 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
     return [], [f"warning: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
 
 
-def unit_warnings(column: str, unit: str, position: Array, joint: str) -> list[str]:
+def unit_warnings(column: str, unit: str, position: Array, joint: str) -> Iterator[str]:
     """Warning if positions in radians are so large that they may be degrees."""
     largest = float(np.abs(position).max())
     if unit.casefold().startswith("rad") and largest > PLAUSIBLE_ANGLE:
         turns = largest / (2.0 * math.pi)
-        return [f"warning: column {column}: {joint} reaches {largest:.4g} rad, {turns:.3g} turns: are these degrees?"]
-    return []
+        yield f"warning: column {column}: {joint} reaches {largest:.4g} rad, {turns:.3g} turns: are these degrees?"
 
 
-def small_angle_warnings(columns: list[str], positions: list[Array]) -> list[str]:
+def small_angle_warnings(columns: list[str], positions: list[Array]) -> Iterator[str]:
     """Warning if no position in degrees exceeds 6.3 degrees, so that the values may be radians."""
     largest = max((float(np.abs(from_si(position, "rad", "deg")).max()) for position in positions), default=0.0)
     if 0.0 < largest <= SMALL_IN_DEGREES:
-        return [f"warning: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"]
-    return []
+        yield f"warning: no angle of {', '.join(columns)} exceeds {largest:.3g} deg: are these radians?"
 
 
-def speed_warnings(column: str, speed: Array, joint: str) -> list[str]:
+def speed_warnings(column: str, speed: Array, joint: str) -> Iterator[str]:
     """Warning if joint speeds in rad/s are so large that they may be deg/s, rpm or motor speeds."""
     largest = float(np.abs(speed).max())
-    if largest <= PLAUSIBLE_SPEED:
-        return []
-    return [f"warning: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"]
+    if largest > PLAUSIBLE_SPEED:
+        yield f"warning: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"
 
 
 def _known_mistake(wanted: Array, travel: Array) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from io import StringIO
 from pathlib import Path
 
@@ -250,20 +250,19 @@ def _consistency(
     return warnings
 
 
-def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> list[str]:
+def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> Iterator[str]:
     """Warnings about units that the size of the values makes implausible."""
-    notes: list[str] = []
     in_degrees = []
     for joint in joints:
         position, velocity = found["position", joint], found.get(("velocity", joint))
         if position.unit == "rad":
-            notes += checks.unit_warnings(position.column.header, position.column.unit, position.values, joint)
+            yield from checks.unit_warnings(position.column.header, position.column.unit, position.values, joint)
             if factor(position.column.unit) == factor("deg"):
                 in_degrees.append(position)
         if velocity is not None and velocity.unit == "rad/s":
-            notes += checks.speed_warnings(velocity.column.header, velocity.values, joint)
+            yield from checks.speed_warnings(velocity.column.header, velocity.values, joint)
     headers = [position.column.header for position in in_degrees]
-    return notes + checks.small_angle_warnings(headers, [position.values for position in in_degrees])
+    yield from checks.small_angle_warnings(headers, [position.values for position in in_degrees])
 
 
 def _grouped(joints: tuple[str, ...], ways: list[str]) -> list[str]:

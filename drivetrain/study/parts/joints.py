@@ -156,8 +156,9 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     friction: Friction | None = ledger.attempt((*place, "friction"), made, form.friction)
     motor_friction: Friction | None = ledger.attempt((*place, "motor_friction"), made, form.motor_friction)
     amplifiers = _amplifiers(around, form, place)
+    stop = resolve_stop(around, form, place)
     if around.arm is not None:
-        _unmarched_faults(around, index, form, place)
+        _unmarched_faults(around, index, form, place, stop)
         if form.load_inertia is not None:
             problem = "is for studies without an arm: an arm's inertia is computed from its links"
             ledger.fault((*place, "load_inertia"), problem)
@@ -191,7 +192,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
         travel_per_turn=_travel(around, index, form, place, chain),
         housing_to_ambient=form.housing_to_ambient,
         output_bearing=form.output_bearing if chain is None and form.motors == 1 else "external",
-        stop=resolve_stop(around, form, place),
+        stop=stop,
         gear_heat=around.form.gear_heat if form.gear_heat is None else form.gear_heat,
         amplifier_heat=form.amplifier_heat,
         staged=staged,
@@ -205,9 +206,9 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     )
 
 
-def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: Place) -> None:
+def _unmarched_faults(around: Surroundings, index: int, form: JointForm, place: Place, stop: Stop) -> None:
     """Report what a joint lacks that closed loops, a moving base or two motors on an axis require."""
-    arm, ledger, stop = around.arm, around.ledger, resolve_stop(around, form, place)
+    arm, ledger = around.arm, around.ledger
     assert arm is not None
     loops, moves = None if arm.linkage is None else arm.linkage.loops, around.form.base is not None
     on_gear = form.output_bearing == "gear" and not arm.slides[index]
