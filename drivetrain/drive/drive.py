@@ -16,6 +16,7 @@ from drivetrain.drive.friction import (
     direction,
     friction_curve,
     friction_torque,
+    stronger,
 )
 from drivetrain.drive.gear import (
     DRAG_REFERENCE,
@@ -32,6 +33,7 @@ from drivetrain.drive.motor import (
     torque_constant,
 )
 from drivetrain.jit import law
+from drivetrain.records import known_or
 
 STANDSTILL = 1e-9  # share of the largest speed below which a sample is at rest: rounding, not creep
 
@@ -88,9 +90,10 @@ def shaft_friction(drive: Drive) -> Friction:
     return no_load_friction(drive.motor) or FRICTIONLESS
 
 
-def drive_inertia(drive: Drive) -> float:
-    """Inertia at the motor shaft: rotor and gear input [kg m^2]."""
-    return (drive.motor.rotor_inertia or 0.0) + (drive.gear.inertia or 0.0)
+@law
+def drive_inertia(drive: Any) -> Any:
+    """Inertia at the motor shaft: rotor and gear input [kg m^2]; an unknown one counts as 0."""
+    return known_or(drive.motor.rotor_inertia, 0.0) + known_or(drive.gear.inertia, 0.0)
 
 
 def unstaged_inertia(drive: Drive) -> float:
@@ -154,8 +157,7 @@ def starting_torque(mesh: Any, shaft: Any, joint: Any, gear_torque: Any, rotor: 
     the rotor.
     """
     against = breakaway_motor_torque(mesh, shaft, joint, gear_torque, direction(gear_torque)) + rotor
-    next_move = breakaway_motor_torque(mesh, shaft, joint, gear_torque, direction(ahead)) + rotor
-    return against + (next_move - against) * (abs(next_move) > abs(against))
+    return stronger(against, breakaway_motor_torque(mesh, shaft, joint, gear_torque, direction(ahead)) + rotor)
 
 
 def motor_torque(

@@ -217,6 +217,21 @@ def breakaway_friction(curve: Any, sign: Any) -> Any:
     return curve.static_forward * (sign > 0.0) - curve.static_backward * (sign < 0.0)
 
 
+@law
+def stronger(first: Any, second: Any) -> Any:
+    """The value of the larger magnitude."""
+    return first + (second - first) * (abs(second) > abs(first))
+
+
+@law
+def loosening_load(curve: Any, load: Any, ahead: Any) -> Any:
+    """A load at rest with the friction that must be overcome to break the shaft loose [N m].
+
+    It acts against the load, or in the direction ``ahead`` of the next motion where that needs more.
+    """
+    return stronger(load + breakaway_friction(curve, load), load + breakaway_friction(curve, ahead))
+
+
 def friction_torque(friction: Friction, speed: Array) -> Array:
     """Torque that sliding friction takes from the shaft, with the sign of the speed; 0 at exactly zero speed.
 

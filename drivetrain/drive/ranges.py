@@ -54,7 +54,6 @@ def range_faults(
 
 
 def is_number_in(allowed: Range, value: object) -> bool:
-    """Whether a value is a number within a range."""
     if isinstance(value, float):  # the most frequent case: thousands per catalogue
         return allowed.holds(value)
     if isinstance(value, (bool, str)) or axes_of(value) != 0:

@@ -68,7 +68,6 @@ def mass_factor(arm: Arm, q: Array) -> Array:
 
 
 def no_inertia_error(arm: Arm, joint: int, where: str) -> InputError:
-    """The error for a joint that moves no inertia."""
     hint = "give the links from this joint on mass and inertia, or the joint a rotor"
     return InputError(Fault(f"joint {arm.joint_names[joint]!r}", f"moves no inertia of its own{where}", None, hint))
 

@@ -17,9 +17,8 @@ POSITION = Signal("position", "rad", path="load.position")
 SPEED = Signal("speed", "rad/s", path="load.speed")
 MOTOR_POSITION = Signal("motor_position", "rad", path="motor.position")
 MOTOR_SPEED = Signal("motor_speed", "rad/s", path="motor.speed")
-DEFLECTION = Signal(
-    "deflection", "rad", path="spring.wind_up"
-)  # of a flexible joint: motor angle at the gear's output minus joint angle
+# Of a flexible joint: motor angle at the gear's output minus joint angle.
+DEFLECTION = Signal("deflection", "rad", path="spring.wind_up")
 DEFLECTION_SPEED = Signal("deflection_speed", "rad/s", path="spring.speed")
 BIAS_TORQUE = Signal("bias_torque", "N m", path="bias_torque")  # torque at zero acceleration: gravity, Coriolis terms
 
@@ -38,9 +37,8 @@ JOINT_STIFFNESS = Signal("joint_stiffness", "N m/rad", path="load.stiffness")
 MOTOR_TORQUE = Signal("motor_torque", "N m", path="motor.torque")  # on the rotor
 MOTOR_DAMPING = Signal("motor_damping", "N m s/rad", path="motor.damping")
 MOTOR_STIFFNESS = Signal("motor_stiffness", "N m/rad", path="motor.stiffness")
-GEAR_TORQUE = Signal(
-    "gear_torque", "N m", path="spring.torque"
-)  # of the spring of a flexible joint; positive accelerates the link
+# Of the spring of a flexible joint; positive accelerates the link.
+GEAR_TORQUE = Signal("gear_torque", "N m", path="spring.torque")
 GEAR_DAMPING = Signal("gear_damping", "N m s/rad", path="spring.damping")
 GEAR_STIFFNESS = Signal("gear_stiffness", "N m/rad", path="spring.stiffness")
 
@@ -56,9 +54,8 @@ MOTOR_SLIDE_BACKWARD = Signal("motor_slide_backward", "N m", path="motor.slide_b
 MESH_DRIVING = Signal("mesh_driving", "-", path="mesh.driving")  # loss over transmitted torque, power to the load
 MESH_DRIVEN = Signal("mesh_driven", "-", path="mesh.driven")  # the same, power from the load; self-locking from 1 on
 SURFACE_SPEED = Signal("surface_speed", "rad/s", path="load.surface_speed")  # of the surface on which the joint slips
-MOTOR_SURFACE_SPEED = Signal(
-    "motor_surface_speed", "rad/s", default=0.0, path="motor.surface_speed"
-)  # of a motor's bearings, which are at rest
+# Of a motor's bearings, which are at rest.
+MOTOR_SURFACE_SPEED = Signal("motor_surface_speed", "rad/s", default=0.0, path="motor.surface_speed")
 
 # Provided by the mechanics when motion and forces are known.
 ACCELERATION = Signal("acceleration", "rad/s^2", path="load.acceleration")
@@ -70,24 +67,21 @@ MESH_LOSS = Signal("mesh_loss", "N m", path="mesh.loss")  # torque lost in the m
 JOINT_FRICTION_POWER = Signal("joint_friction_power", "W", path="load.friction_power")
 MOTOR_FRICTION_POWER = Signal("motor_friction_power", "W", path="motor.friction_power")
 MESH_POWER = Signal("mesh_power", "W", path="mesh.power")
-MOTOR_VISCOUS_POWER = Signal(
-    "motor_viscous_power", "W", path="heat.viscous_power"
-)  # provided by viscous friction at the motor
+# Provided by viscous friction at the motor.
+MOTOR_VISCOUS_POWER = Signal("motor_viscous_power", "W", path="heat.viscous_power")
 
 # Exchanged between effects.
 COMMAND_POSITION = Signal("command_position", "rad", path="command.position")
 COMMAND_SPEED = Signal("command_speed", "rad/s", path="command.speed")
 COMMAND_ACCELERATION = Signal("command_acceleration", "rad/s^2", path="command.acceleration")
-SHAFT_COMMAND_POSITION = Signal(
-    "shaft_command_position", "rad", path="shaft_command.position"
-)  # where motors are coupled: of the shaft
+# Where motors are coupled: of the shaft.
+SHAFT_COMMAND_POSITION = Signal("shaft_command_position", "rad", path="shaft_command.position")
 SHAFT_COMMAND_SPEED = Signal("shaft_command_speed", "rad/s", path="shaft_command.speed")
 SHAFT_COMMAND_ACCELERATION = Signal("shaft_command_acceleration", "rad/s^2", path="shaft_command.acceleration")
 MEASURED_POSITION = Signal("measured_position", "rad", path="measured_position")  # of the motor, by an encoder
 CURRENT_COMMAND = Signal("current_command", "A", path="pin.command")  # contributed by controllers and feed-forward
-CURRENT_DAMPING = Signal(
-    "current_damping", "A s/rad", default=0.0, path="pin.damping"
-)  # negative derivative of the command by the motor's speed
+# Negative derivative of the command by the motor's speed.
+CURRENT_DAMPING = Signal("current_damping", "A s/rad", default=0.0, path="pin.damping")
 CURRENT_STIFFNESS = Signal("current_stiffness", "A/rad", default=0.0, path="pin.stiffness")  # and by its position
 CURRENT = Signal("current", "A", path="pin.current")
 VOLTAGE = Signal("voltage", "V", path="pin.voltage")  # between the motor's terminals
@@ -95,9 +89,8 @@ VOLTAGE_LIMIT = Signal("voltage_limit", "V", default=float("inf"), path="pin.lim
 WINDING_TEMPERATURE = Signal("winding_temperature", "C", path="heat.winding")
 HOUSING_TEMPERATURE = Signal("housing_temperature", "C", path="heat.housing")
 GEAR_TEMPERATURE = Signal("gear_temperature", "C", path="heat.gear")
-GEAR_DRAG_POWER = Signal(
-    "gear_drag_power", "W", path="heat.drag_power"
-)  # part of the motor's dry friction that is the drag of the gear
+# Part of the motor's dry friction that is the drag of the gear.
+GEAR_DRAG_POWER = Signal("gear_drag_power", "W", path="heat.drag_power")
 COPPER_LOSS = Signal("copper_loss", "W", path="heat.copper_loss", role=Role.LOSS)
 ELECTRICAL_POWER = Signal("electrical_power", "W", path="pin.power", role=Role.SOURCE)
 MAGNETIC_ENERGY = Signal("magnetic_energy", "J", path="pin.magnetic_energy", role=Role.STORE)

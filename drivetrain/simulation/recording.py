@@ -311,7 +311,6 @@ def load_recording(path: Path | str) -> Recording:
 
 
 def _restored(header: dict[str, Any], arrays: dict[str, Any]) -> Recording:
-    """The recording from the header and the arrays of a file."""
     named = enumerate(header["series"])
     return Recording(
         arrays["time"],

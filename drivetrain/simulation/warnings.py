@@ -8,11 +8,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.motor import Motor, copper_coefficient
+from drivetrain.drive.motor import copper_coefficient
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.inverse import motor_of
 from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.recording import Event
 
@@ -33,8 +34,7 @@ def _temperature_warnings(plan: Plan, rows: Array) -> Iterator[Event]:
     recorded, time = plan.layout.recorded, rows[:, 0]
     for joint, effects in plan.scene.effects.items():
         heat = next((one for one in effects if isinstance(one, WindingHeat)), None)
-        sheets = [getattr(one, "motor", None) for one in effects]
-        motor = next((one for one in sheets if isinstance(one, Motor)), None)
+        motor = motor_of(effects)
         if heat is None:
             continue
         limits = {"housing_temperature": ("magnets", HOTTEST_MAGNETS, "ASSUMED for its magnets")}
@@ -58,7 +58,6 @@ def _temperature_warnings(plan: Plan, rows: Array) -> Iterator[Event]:
 
 
 def _mean(time: Array, values: Array) -> float:
-    """Time average of a series."""
     span = float(time[-1] - time[0])
     return float(np.trapezoid(values, time)) / span if span > 0.0 else float(values[0])
 

@@ -18,7 +18,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.tolerance import tornado
 from drivetrain.sizing.tolerance.draws import FRICTION, Source, deviated, drawn, sources
-from drivetrain.sizing.tolerance.monte_carlo import Chance, drives_of, robustness
+from drivetrain.sizing.tolerance.monte_carlo import Chance, robustness
 from drivetrain.sizing.tolerance.sampling import (
     NAMES,
     SUPPLY_NAMES,
@@ -223,7 +223,7 @@ def test_tornado_of_the_torque_constant(one_axis):
     assert bar.source == Source("torque_constant", joint) and str(bar.source) == f"torque constant of {joint}"
     assert bar.at_low == pytest.approx(found.nominal / 0.9) and bar.at_high == pytest.approx(found.nominal / 1.1)
     assert sources(evaluation.study) == (bar.source,)
-    assert drives_of(evaluation).keys() == {joint}
+    assert evaluation.drives.keys() == {joint}
     assert SUPPLY_NAMES[0] == "supply peak power"
 
 

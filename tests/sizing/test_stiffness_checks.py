@@ -24,7 +24,7 @@ from drivetrain.sizing.search.pareto.front import pareto_front
 from drivetrain.sizing.search.problem import TipCut, build_problem
 from drivetrain.sizing.search.search import select
 from drivetrain.sizing.tolerance.draws import drawn
-from drivetrain.sizing.tolerance.monte_carlo import drives_of, robustness
+from drivetrain.sizing.tolerance.monte_carlo import robustness
 from drivetrain.sizing.tolerance.sampling import candidate, figures_of, judged, nominal_of
 from drivetrain.sizing.tolerance.tornado import effects
 from drivetrain.study.model import DriveMass, Payload, StiffnessWish
@@ -105,7 +105,7 @@ def test_stiffness_scatters_with_the_payload_of_a_sample(make, scatter):
     first = shared(evaluate(study))["arm first resonance"].available
     study = replace(study, stiffness=StiffnessWish(first_resonance=0.98 * first, tip_deviation=1.0))
     evaluation, draws = evaluate(study), drawn(study, 6, 4)
-    (found,) = judged(candidate(nominal_of(study), drives_of(evaluation)), draws)
+    (found,) = judged(candidate(nominal_of(study), evaluation.drives), draws)
     for sample, factors in enumerate(draws.payload):
         own = tuple(replace(one, mass=one.mass * factor) for one, factor in zip(bodies, factors, strict=True))
         expected = figures_of(evaluate(replace(study, payloads=own)))[2]

@@ -219,7 +219,6 @@ def join(rows: Array, k: int, a: Vector) -> None:
 
 @fast
 def mix(a: float, x: Vector, b: float, y: Vector, c: float, z: Vector) -> Vector:
-    """A x + b y + c z."""
     return (
         a * x[0] + b * y[0] + c * z[0],
         a * x[1] + b * y[1] + c * z[1],

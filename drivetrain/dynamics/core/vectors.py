@@ -31,7 +31,6 @@ def put(o: Array, a: Vector) -> None:
 
 @exact
 def add(o: Array, a: Vector) -> None:
-    """Add a vector to an array of three."""
     o[0] += a[0]
     o[1] += a[1]
     o[2] += a[2]
@@ -39,31 +38,26 @@ def add(o: Array, a: Vector) -> None:
 
 @exact
 def plus(a: Vector, b: Vector) -> Vector:
-    """A + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @exact
 def minus(a: Vector, b: Vector) -> Vector:
-    """A - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @exact
 def times(s: float, a: Vector) -> Vector:
-    """S a."""
     return s * a[0], s * a[1], s * a[2]
 
 
 @exact
 def cross(a: Vector, b: Vector) -> Vector:
-    """A x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @exact
 def dot(a: Vector, b: Vector) -> float:
-    """A . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 

@@ -88,8 +88,6 @@ def loop_holding_current(place: Place, signals: Mapping[str, float]) -> float:
 
 @dataclass
 class PositionOwn:
-    """Record of the effect."""
-
     stiffness: float  # current per motor angle [A/rad]
     damping: float  # current per motor speed [A s/rad]
     ratio: float  # motor angle over joint coordinate [- or rad/m]
@@ -217,7 +215,6 @@ class CascadeLoop(Effect):
         return loop_holding_current(place, signals) / stiffness
 
     def _within(self, current: float) -> float:
-        """A current limited to the peak current [A]."""
         return min(max(current, -self.peak_current), self.peak_current)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
@@ -227,8 +224,6 @@ class CascadeLoop(Effect):
 
 @dataclass
 class SampledOwn:
-    """Record of the effect."""
-
     gains: Gains
     period: float  # sampling period [s]
     delay: int  # samples from measuring to output

@@ -15,8 +15,6 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     step: float  # angle of one count [rad]; 0: no quantisation
 
 

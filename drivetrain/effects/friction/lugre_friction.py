@@ -23,8 +23,6 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     side: int
     # constants of the law, as in ``LuGreFriction``
     stiffness: float
@@ -42,10 +40,16 @@ class Own:
 
 
 @law
+def _slip_torque(own: Any, speed: float) -> float:
+    """Friction torque g(v) of steady slipping, without its viscous part [N m]."""
+    share = speed / own.stribeck_speed
+    return own.coulomb + (own.static - own.coulomb) * math.exp(-share * share)
+
+
+@law
 def _deflection_rate(own: Any, speed: float) -> tuple[float, float]:
     """Rate of the deflection z [rad/s], and its decay rate s0 |v| / g(v) [1/s]."""
-    slip = own.coulomb + (own.static - own.coulomb) * math.exp(-((speed / own.stribeck_speed) ** 2))
-    fade = own.stiffness * abs(speed) / slip
+    fade = own.stiffness * abs(speed) / _slip_torque(own, speed)
     return speed - fade * own.bend, fade
 
 
@@ -151,10 +155,7 @@ class LuGreFriction(Effect):
         speed = s.read(place, signals, s.of_side(self.side, place)[0])
         if speed == 0.0:
             return (0.0,)
-        own = self.own(place)
-        fall = math.exp(-(min(abs(speed / own.stribeck_speed), 1e3) ** 2))
-        slip = own.coulomb + (own.static - own.coulomb) * fall
-        return (math.copysign(slip / self.stiffness, speed),)
+        return (math.copysign(_slip_torque(self.own(place), speed) / self.stiffness, speed),)
 
     def time_scales(self, place: Place) -> tuple[TimeScale, ...]:
         return (TimeScale("bristles slip", self.coulomb / (self.stiffness * self.stribeck_speed)),)

@@ -15,8 +15,6 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     side: int
     # damping by direction [N m s/rad]
     viscous_forward: float

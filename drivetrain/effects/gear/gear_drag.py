@@ -20,8 +20,6 @@ CREEP = 1e-9  # speed at which the drag of a gear at rest is evaluated [rad/s]
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     # parameters of the drag, as in ``drive.gear.Mesh``
     drag: float
     exponent: float

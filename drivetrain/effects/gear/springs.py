@@ -22,8 +22,6 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     spring: Spring
     half: float  # half of the backlash; 0: the spring is never out of contact [rad]
     damping: float  # of the spring, or of a tooth flank in contact [N m s/rad]

@@ -23,8 +23,6 @@ _TAKEN = (*s.TIP_TAKEN[:3], *s.TIP_TAKEN[6:])  # force on the tip, and its deriv
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     normal: Annotated[Array, 3]  # unit vector out of the wall, in the base frame
     spring: Spring  # stiffness in N/m
     damping: float  # [N s/m]

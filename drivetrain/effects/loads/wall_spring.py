@@ -13,8 +13,6 @@ from drivetrain.effects.laws import joint_law
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     # as in ``WallSpring``
     stiffness: float
     damping: float

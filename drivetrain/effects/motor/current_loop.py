@@ -231,8 +231,6 @@ class CurrentLoop(Effect):
 
 @dataclass
 class SampledOwn:
-    """Record of the effect."""
-
     proportional: float  # gain [V/A]
     integral: float  # integral gain per sample [V/A]
     peak: float  # limit of the command [A]

@@ -14,13 +14,11 @@ from drivetrain.effects.tables import OverTime, Own, table_value
 
 @table_law(Own)
 def _current(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
-    """Contribute the current of the table to the command."""
     joint.pin.command += table_value(table, t)
 
 
 @table_law(Own)
 def _voltage(t: Any, h: Any, own: Any, joint: Any, table: Any) -> None:
-    """Provide the voltage of the table."""
     joint.pin.voltage = table_value(table, t)
 
 

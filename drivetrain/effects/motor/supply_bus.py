@@ -64,8 +64,6 @@ SOURCE_HOLDS, SOURCE_LIMITED, UNREGULATED, RESISTOR_HOLDS, RESISTOR_ON = range(5
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     # parameters of ``SupplyBus``
     voltage: float
     capacity: float

@@ -19,8 +19,6 @@ from drivetrain.jit import law
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     motor: Terminals  # resistance and torque constant with their temperature coefficients
     inductance: float  # [H]
     # the state [A], and its rate [A/s]

@@ -31,8 +31,6 @@ MOST_HEATING = 0.2
 
 @dataclass
 class Own:
-    """Record of the effect."""
-
     # limits between two steps of the temperatures: time [s], losses of winding and housing [J]
     period: float
     most_copper: float

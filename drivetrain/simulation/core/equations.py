@@ -259,7 +259,6 @@ def put_states(run: Run, x: Any) -> None:
 
 @part
 def clear_rates(run: Run) -> None:
-    """Reset the rates of all states."""
     states, memory = states_of(run), memory_of(run)
     for k in range(len(states)):
         if states[k].rate >= 0:

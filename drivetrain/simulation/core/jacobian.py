@@ -87,11 +87,9 @@ def sparsity_pattern(plan: Plan) -> NDArray[np.bool_]:
 
 def _coordinates(plan: Plan) -> list[list[int]]:
     """For each joint, the coordinates on which its torques act: its own, its motor's, and those of coupled shafts."""
-    n = plan.body.n
-    together = [] if plan.body.coupled is None else list(plan.body.coupled.shafts)
-    found = []
+    n, together, found = plan.body.n, plan.body.shafts, []
     for i in range(n):
-        joints = together if i in together else [i]
+        joints = together if i in together else (i,)
         found.append(sorted({int(one[k]) for k in joints for one in (plan.body.loads, plan.body.motors)}))
     return found
 

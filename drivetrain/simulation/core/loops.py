@@ -52,7 +52,6 @@ def _whole_of(run: Run) -> Any:
 
 @part
 def _chains_of(run: Run) -> Any:
-    """The chains of the linkage, records CHAIN."""
     return carray(run[AT.chains], count_of(run, AT.chains), CHAIN)
 
 

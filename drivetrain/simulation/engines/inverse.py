@@ -144,8 +144,7 @@ def _signals_along_command(passive: Plan, times: Array) -> dict[str, Array]:
 
     (N, n) each, commands those of the coordinates; ``mass`` and ``turned`` (the rotors' part of it) are (N, n, n).
     """
-    joints, n, memory = passive.scene.joints, passive.body.n, passive.memory
-    bound = () if passive.body.coupled is None else passive.body.coupled.shafts
+    joints, n, memory, bound = passive.scene.joints, passive.body.n, passive.memory, passive.body.shafts
     found: dict[str, Any] = {
         name: [memory.places.get(_coordinate(joint, name, i in bound), -1) for i, joint in enumerate(joints)]
         for name in (*COMMANDED, "bias_torque", *sorted(MECHANICAL))
@@ -300,7 +299,6 @@ class Inverse(Engine):
 
 
 def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
-    """The series to be recorded, by name."""
     series = {}
     columns: tuple[tuple[str, str, Any], ...] = (
         ("position", "rad", demand.position), ("speed", "rad/s", demand.speed),

@@ -36,15 +36,8 @@ PAYLOAD = np.dtype([(name, np.float64) for name in ("time", *BODY_NAMES)])
 class Coupled:
     """Coupled motors: coordinates of the mechanics are then the angles of the gears' output shafts."""
 
-    shafts: tuple[int, ...]  # indices of the joints whose motors are coupled
     shaft_turns: Array  # coupling matrix C from the joints to the first n coordinates, (n, n)
     turns: Array  # its inverse, from these coordinates to the joints, (n, n)
-    # matrix from the coordinates of the mechanics to those of the bodies (joints, rotors behind springs, rotors that
-    # turn with several joints), (e, c)
-    spread: Array
-    # row of the body that the motor of each coordinate turns; -1: none, (c,)
-    rotor_row: NDArray[np.int64]
-    shaft_inertia: Array  # of reflected rotors at their shafts [kg m^2 or kg], (c,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +50,6 @@ class ClosedLoops:
     ends: Any  # records END of the loop closures
     joints: NDArray[np.int64]  # joint of the linkage by row; -1 - k for a rotor behind a spring with coordinate k, (e,)
     screws: Array  # screws of the joints by row, (e, 6)
-    spread: Array  # matrix from the coordinates to the rows, where it is constant, (e, c)
-    rotor_row: NDArray[np.int64]  # row of the body that the motor of each coordinate turns, (c,)
 
     def put(self, put: Callable[[Any, bool, str], Any]) -> None:
         """Add their sections to a run's memory, by calling ``put`` for each."""
@@ -92,8 +83,14 @@ class Mechanics:
     springs: dict[int, Shape]  # shapes of the flexible joints, by joint
     # inertia about each motor's axis, referred to the joint, without stages behind a spring [kg m^2 or kg], (n,)
     rotors: Array
+    # matrix from the coordinates to those of the bodies, where it is constant, (e, c): joints (of closed loops those of
+    # all chains), rotors behind springs, rotors that turn with several joints
+    spread: Array
+    rotor_row: NDArray[np.int64]  # row of the body that the motor of each coordinate turns; -1: none, (c,)
+    shaft_inertia: Array  # of reflected rotors at the shafts of coupled motors [kg m^2 or kg], (c,)
     # time [s] and inertial data of the last link from then on, records PAYLOAD, (K,)
     payloads: Any = field(default_factory=lambda: np.zeros(0, PAYLOAD))
+    shafts: tuple[int, ...] = ()  # indices of the joints whose motors are coupled
     coupled: Coupled | None = None  # coupled motors; None: each joint has its own motor
     last: int = -1  # index of the link that carries the tip
     loops: ClosedLoops | None = None  # closed loops; None: there are none
@@ -286,22 +283,23 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     """The mechanics of an arm that is an open chain."""
     motors, arm = _motors(shapes), _mounted(arm, shapes, ratios)
     free = tuple(i for i, shape in enumerate(shapes) if shape.flexible)
-    coupled, model, frames = _coupled(arm, free, ratios), packed(arm, free), link_frames(arm)
+    model, frames, (shafts, apart, turns) = packed(arm, free), link_frames(arm), _shafts(arm)
     c, links, rotors = arm.n + len(free), model.links.copy(), model.rotors.copy()
-    rotor_row, spread, shaft_inertia, e = np.arange(c), np.eye(c), np.zeros(c), c
-    if coupled is not None:
-        rotor_row, spread, e = coupled.rotor_row, coupled.spread, len(coupled.spread)
-        shaft_inertia = coupled.shaft_inertia
-        # ``packed`` lists the additional bodies in the order of the joints; here rotors behind springs come first.
-        listed = sorted({*followers(arm), *free})
-        order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *(i for i in listed if i not in free)))]
-        links[:e], rotors["joint"] = links[order], np.argsort(order)[rotors["joint"]]
+    follow = followers(arm)
+    spread, rotor_row, shaft_inertia = np.eye(c + len(follow), c), np.arange(c), np.zeros(c)
+    spread[: arm.n, : arm.n], rotor_row[apart] = turns, -1
+    for k, i in enumerate(follow):
+        spread[c + k, i], rotor_row[i] = ratios[i], c + k
+    # ``packed`` lists the additional bodies in the order of the joints; here rotors behind springs come first.
+    listed = sorted([*free, *follow])
+    order = [*range(arm.n), *(arm.n + listed.index(i) for i in (*free, *follow))]
+    links[: len(order)], rotors["joint"] = links[order], np.argsort(order)[rotors["joint"]]
     links["rotor_inertia"][: arm.n] += [shape.carried for shape in shapes]
     reflected = np.zeros(arm.n)
     for i, (shape, at) in enumerate(zip(shapes, motors, strict=True)):
         if shape.rotor_inertia is not None and not shape.full and not shape.flexible:
             inertia = shape.rotor_inertia * ratios[i] ** 2
-            if coupled is not None and i in coupled.shafts:
+            if i in shafts:
                 shaft_inertia[i] = inertia
             else:
                 links["rotor_inertia"][at] += inertia
@@ -310,37 +308,24 @@ def _with_arm(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     bodies = moving_bodies(arm.n, len(rotors), frames[0], arm.gravity)
     return Mechanics(
         arm.n, c, ratios, motors, links, rotors, bodies, np.zeros((4, c)), np.linalg.solve(frames[-1], arm.tip),
-        arm, {i: shapes[i] for i in free}, reflected, coupled=coupled, last=arm.n - 1,
+        arm, {i: shapes[i] for i in free}, reflected, spread, rotor_row, shaft_inertia, shafts=shafts,
+        coupled=None if arm.coupling is None else Coupled(arm.coupling, turns), last=arm.n - 1,
     )  # fmt: skip
 
 
-def _coupled(arm: Arm, free: tuple[int, ...], ratios: Array) -> Coupled | None:
-    """The coordinates of an arm with coupled motors; None if each motor drives its own joint only."""
+def _shafts(arm: Arm) -> tuple[tuple[int, ...], list[int], Array]:
+    """Joints whose motors are coupled, those of them whose motors turn with several joints or with another one, and the
+    turns of the joints per turn of each shaft, (n, n).
+    """
     if arm.coupling is None:
-        return None
-    shafts, turns = _shafts(arm)
-    follows = [i for i in followers(arm) if i in shafts]
-    c = arm.n + len(free)
-    spread = np.eye(c + len(follows), c)
-    spread[: arm.n, : arm.n] = turns
-    rotor_row = np.arange(c, dtype=np.int64)
-    rotor_row[[i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]] = -1
-    for k, i in enumerate(follows):
-        spread[c + k, i] = ratios[i]
-        rotor_row[i] = c + k
-    return Coupled(shafts, arm.coupling, turns, spread, rotor_row, np.zeros(c))
-
-
-def _shafts(arm: Arm) -> tuple[tuple[int, ...], Array]:
-    """Joints whose motors are coupled, and the turns of the joints per turn of each shaft, (n, n)."""
-    if arm.coupling is None:
-        return (), np.eye(arm.n)
+        return (), [], np.eye(arm.n)
     shafts, turns = tuple(i for group in coupled_groups(arm) for i in group), np.linalg.inv(arm.coupling)
+    apart = [i for i in shafts if (arm.coupling[i] != np.eye(arm.n)[i]).any()]
     # Rows and columns of joints that are not coupled are made exact, free of rounding errors.
     for i in range(arm.n):
         if i not in shafts:
             turns[i], turns[:, i] = np.eye(arm.n)[i], np.eye(arm.n)[i]
-    return shafts, np.asarray(turns, dtype=np.float64)
+    return shafts, apart, np.asarray(turns, dtype=np.float64)
 
 
 def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
@@ -362,8 +347,7 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
     links, rotors, bodies, screws = list[Any](), list[Any](), list[Any](), list[Array]()
     chains, joints, first = list[tuple[int, ...]](), list[int](), np.zeros(4, np.int64)  # link, rotor, body, entry
     rotor_row, at = np.full(c, -1), np.zeros(c, np.int64)  # row and link that the motor of each coordinate turns
-    shafts, turns = _shafts(arm)
-    apart = {i for i in shafts if arm.coupling is not None and (arm.coupling[i] != np.eye(arm.n)[i]).any()}
+    shafts, apart, turns = _shafts(arm)
     for chain, path in zip(chain_arms(arm), loops.paths, strict=True):
         own = {j: int(whole["coordinate"][joint]) for j, joint in enumerate(path) if joint in loops.driven}
         free = [j for j, i in own.items() if motors[i] >= arm.n and chain.rotors[j] is not None]
@@ -398,14 +382,13 @@ def _with_loops(arm: Arm, shapes: Sequence[Shape], ratios: Array) -> Mechanics:
         if shape.carried:
             every["rotor_inertia"][at[firsts.get(i, i)]] += shape.carried
     closed = ClosedLoops(
-        np.array(chains, r.CHAIN), whole, follow, ends,
-        np.array(joints, np.int64), np.concatenate(screws), spread, rotor_row,
-    )  # fmt: skip
+        np.array(chains, r.CHAIN), whole, follow, ends, np.array(joints, np.int64), np.concatenate(screws)
+    )
     return Mechanics(
         arm.n, c, ratios, motors, every, np.concatenate(rotors), np.concatenate(bodies), np.zeros((4, c)),
         np.linalg.solve(link_frames(arm.linkage.chains[0])[-1], arm.tip), arm,
         {i: shape for i, shape in enumerate(shapes) if shape.flexible}, turning[motors],
-        coupled=None if arm.coupling is None else Coupled(shafts, arm.coupling, turns, spread, rotor_row, lone),
+        spread, rotor_row, lone, shafts=shafts, coupled=None if arm.coupling is None else Coupled(arm.coupling, turns),
         last=arm.linkage.chains[0].n - 1, loops=closed, shared=loops.shared,
     )  # fmt: skip
 
@@ -430,14 +413,15 @@ def _payloads(built: Mechanics, time: Array, moments: Array) -> Any:
 
 def _without_arm(body: Inertia, shape: Shape, ratios: Array) -> Mechanics:
     """The mechanics of one joint without an arm."""
-    motors = _motors([shape])
+    motors, c = _motors([shape]), 1 + shape.flexible
     reflected = (shape.rotor_inertia or 0.0) * ratios[0] ** 2
-    constant = np.zeros((4, 1 + shape.flexible))
+    constant = np.zeros((4, c))
     constant[0, 0], constant[1, 0], constant[2, 0] = body.inertia, body.weight, body.phase
     constant[0, 0] += shape.carried
     constant[0, motors[0]] += reflected
     constant[3, motors[0]] = reflected
     return Mechanics(
-        1, 1 + shape.flexible, ratios, motors, np.zeros(0, LINK), np.zeros(0, ROTOR),
+        1, c, ratios, motors, np.zeros(0, LINK), np.zeros(0, ROTOR),
         np.zeros(0, BODY), constant, np.eye(4), None, {0: shape} if shape.flexible else {}, np.array([reflected]),
+        np.eye(c), np.arange(c), np.zeros(c),
     )  # fmt: skip

@@ -168,20 +168,15 @@ def lay_out(
 
 def _put_mechanics(block: _Block, body: Mechanics) -> None:
     """Append the constants and the working memory of the equations of motion."""
-    n, c, coupled, loops = body.n, body.c, body.coupled, body.loops
+    n, c, size = body.n, body.c, len(body.spread)
     coordinates = np.zeros(c, r.COORDINATE)
     coordinates["link"][:n], coordinates["motor"][:n] = body.loads, body.motors
     coordinates["ratio"][:n], coordinates["zero"][:n] = body.ratios, body.zeros
     for name, row in zip(("inertia", "weight", "phase", "rotor"), body.constant, strict=True):
         coordinates[name] = row
     coordinates["dry"]["load_sign"] = 1
-    spread, coordinates["rotor_row"] = np.eye(c) if coupled is None else coupled.spread, np.arange(c)
-    if loops is not None:
-        spread, coordinates["rotor_row"] = loops.spread, loops.rotor_row
-    size = len(spread)
-    if coupled is not None:
-        coordinates["coupled"][list(coupled.shafts)] = 1
-        coordinates["rotor_row"], coordinates["shaft_inertia"] = coupled.rotor_row, coupled.shaft_inertia
+    coordinates["coupled"][list(body.shafts)] = 1
+    coordinates["rotor_row"], coordinates["shaft_inertia"] = body.rotor_row, body.shaft_inertia
     block.put(coordinates, changing_numbers(r.Coordinate), "coordinates")
     block.put(np.zeros((c, c), r.PAIR), False, "pairs")
     block.put(np.zeros((c, c)), True, "mass")
@@ -189,8 +184,8 @@ def _put_mechanics(block: _Block, body: Mechanics) -> None:
     block.put(body.spinning, False, "rotors")
     block.put(body.bodies, False, "bodies")
     block.put(body.payloads, False, "payloads")
-    block.put(np.zeros((0, n)) if coupled is None else coupled.turns, False, "turns")
-    block.put(spread, False, "spread")
+    block.put(np.zeros((0, n)) if body.coupled is None else body.coupled.turns, False, "turns")
+    block.put(body.spread, False, "spread")
     for name in ("body_places", "body_speeds", "body_bias", "body_rotor_bias"):
         block.put(np.zeros(size), False, name)
     for name in ("body_mass", "body_rotor_mass"):
@@ -262,8 +257,7 @@ def _checked(one: Instance) -> Any:
 def _mechanical_states(block: _Block, body: Mechanics, joints: Sequence[str]) -> dict[str, tuple[int, int]]:
     """The states of the mechanics (positions and wind-ups, then speeds): indices of value and rate, by full name."""
     first, size = block.sections["coordinates"][0], r.COORDINATE.itemsize // 8
-    shafts = () if body.coupled is None else body.coupled.shafts
-    kinds = ["shaft_" if i in shafts else "" for i in range(body.n)]
+    kinds = ["shaft_" if i in body.shafts else "" for i in range(body.n)]
     found: dict[str, tuple[int, int]] = {}
     for what, of_motor in (("position", "deflection"), ("speed", "shaft_speed")):
         value, rate = (int(place_in(r.COORDINATE, name) or 0) for name in (what, f"{what}_rate"))

@@ -387,7 +387,6 @@ def _left_out(scene: Scene, instances: Sequence[Instance]) -> tuple[str, ...]:
 
 
 def _places_of(group: Group) -> str:
-    """The places of a group's effects."""
     return ", ".join(dict.fromkeys(one.place.name for one in group.instances))
 
 
@@ -400,7 +399,6 @@ def _state_rows(names: Iterable[str], units: dict[str, str]) -> list[tuple[str, 
 
 
 def _printed(unit: str) -> str:
-    """A unit as it is printed."""
     return "°C" if unit == "C" else unit
 
 

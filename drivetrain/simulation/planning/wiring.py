@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 
 from drivetrain.effects import signals as named
-from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal
+from drivetrain.effects.effect import Effect, Place, Ports, Role, Signal, State
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 
 
@@ -169,19 +169,14 @@ def _unread_faults(instances: Sequence[Instance], known: Directory) -> list[Faul
 
 
 def _add_signals(one: Instance, known: Directory, faults: list[Fault]) -> None:
-    """Add the signals that an effect sets to the directory."""
     slides = one.place.joint >= 0 and not one.place.turning[one.place.joint]
-    set_there = [
-        *zip(((s.name, s.unit) for s in one.ports.states), one.states, strict=True),
-        *zip(((s.name, s.unit) for s in one.ports.provides), one.provides, strict=True),
-        *zip(((s.name, s.unit) for s in one.ports.outputs), one.outputs, strict=True),
-    ]
-    for (_, unit), name in set_there:
+    written: tuple[State | Signal, ...] = (*one.ports.states, *one.ports.provides, *one.ports.outputs)
+    for signal, name in zip(written, (*one.states, *one.provides, *one.outputs), strict=True):
         if name in known.providers or name in known.contributors:
             who = known.providers.get(name) or ", ".join(known.contributors[name]) or MECHANICS
             faults.append(Fault(one.title, f"sets {name}, which {who} sets already"))
             continue
-        joint, _, what = name.rpartition(".")
+        unit, (joint, _, what) = signal.unit, name.rpartition(".")
         if what.startswith("command_") and joint in one.place.joints:
             unit = unit_at(unit, one.place.turning[one.place.joints.index(joint)])
         known.units[name], known.providers[name] = unit, one.title

@@ -140,7 +140,6 @@ def free_ratios(
 
 
 def goal_of(goal: Goal | str) -> Goal:
-    """The goal by its name."""
     return member_of(Goal, goal, "goal", "is none that ratios can be chosen for")
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import STANDSTILL, Drive, loss_speed, resting
-from drivetrain.drive.friction import Friction, breakaway_torque, friction_torque
+from drivetrain.drive.friction import Friction, friction_curve, friction_torque, loosening_load
 from drivetrain.motion.duty_cycle import Cycle, Indices
 from drivetrain.sizing.demand.drive_wrenches import DriveWrenches, drive_wrenches
 from drivetrain.sizing.demand.load_basis import (
@@ -84,16 +84,12 @@ class JointDemand:
 
     @cached_property
     def loosening_torque(self) -> Array:
-        """``load_torque`` plus, at rest, the breakaway friction if the joint ever moves [N m], (N,).
-
-        It acts against the load, or in the direction of the next motion where that needs more.
-        """
+        """``load_torque``; at rest ``loosening_load`` if the joint ever moves [N m], (N,)."""
         if not self.moves:
             return self.load_torque
         load, cycle = self.load_torque, self.cycle
         ahead = loss_speed(self.speed, self.acceleration, self.at_rest, parts=cycle.parts)[cycle.after]
-        against, next_move = (load + breakaway_torque(self.friction, sign) for sign in (load, ahead))
-        return np.where(self.at_rest, np.where(np.abs(next_move) > np.abs(against), next_move, against), load)
+        return np.where(self.at_rest, loosening_load(friction_curve(self.friction), load, ahead), load)
 
     @cached_property
     def stop_torque(self) -> Array:

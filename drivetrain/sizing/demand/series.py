@@ -87,7 +87,6 @@ class SpeedPowers(NamedTuple):
 
 
 def new_speed_powers(samples: int) -> SpeedPowers:
-    """An empty buffer."""
     return SpeedPowers(np.full(1, np.nan), np.zeros(samples))
 
 
@@ -182,7 +181,6 @@ def at_samples(series: JointSeries, samples: Any) -> JointSeries:
 
 
 def new_traces(samples: int, parts: int) -> Traces:
-    """Empty buffers."""
     load, at_gear, drag, starting, friction, mesh, turning, stop = np.zeros((8, samples))
     excess, power = np.zeros((3, samples)), np.zeros((2, samples))
     return Traces(
@@ -227,7 +225,6 @@ def phase_ratio(at_rest: Array, periods: Periods) -> Array:
 
 
 def load_of(demand: JointDemand) -> Load:
-    """The load of a joint."""
     wrench = np.zeros((6, 0)) if demand.wrench is None else np.array(demand.wrench.T, order="C")
     inertia, static = (np.zeros(0) if row is None else _row(row) for row in (demand.load_inertia, demand.static_torque))
     return Load(_row(demand.gear_torque), wrench, inertia, _row(demand.stop.torque), static)

@@ -346,7 +346,6 @@ def _brake_lacks(drive: Drive) -> str:
 def _checks_of(
     study: Study, drives: Mapping[str, Drive], row: Requirement, braking: Braking, missing: str, quick: bool
 ) -> Iterator[Check]:
-    """The checks of one kind of stop."""
     every = [drives[task.name] for task in study.joints]
     limits = [math.inf if one.gear.direct else one.gear.momentary_torque for one in every]
     least = [float(least_momentary_torque(as_record(one.gear))) for one in every]

@@ -14,11 +14,11 @@ import numpy as np
 
 from drivetrain.drive.amplifier import conduction_loss, overload_share
 from drivetrain.drive.brake import LEAST_ENERGY, holding_torque, stopping_energy
-from drivetrain.drive.drive import rotor_torque, starting_torque
+from drivetrain.drive.drive import drive_inertia, rotor_torque, starting_torque
 from drivetrain.drive.friction import (
-    breakaway_friction,
     direction,
     friction_curve,
+    loosening_load,
     sliding_friction,
     static_excess,
 )
@@ -533,7 +533,6 @@ def add_up(load: Any, added: Any, amounts: Any, total: Any, at_rest: Any) -> Non
 
 @law(fastmath=FAST)
 def add_row(start: Any, row: Any, amount: Any, out: Any) -> None:
-    """Set out = start + amount * row."""
     for t in range(len(out)):
         out[t] = start[t] + amount * row[t]
 
@@ -620,7 +619,7 @@ def ramped_stop(case: Any, stop: Any, stops: Any) -> Any:
     """
     mesh, joint, shaft = mesh_of(case.gear), friction_curve(case.joint), friction_curve(case.shaft)
     ratio, load, motor, unknown = case.gear.ratio, 0.0, 0.0, unknown_torque(case)
-    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    inertia = drive_inertia(case)
     excess_series(joint, 1.0, stops.speed, stops.joint_excess)
     excess_series(shaft, ratio, stops.speed, stops.shaft_excess)
     drag_series(mesh, stop_temperature(case), stops.speed, stops.powers, stops.drag)
@@ -646,7 +645,7 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
     of cold magnets. Joint friction, which helps to brake, is left out.
     """
     mesh, shaft, ratio = mesh_of(case.gear), friction_curve(case.shaft), case.gear.ratio
-    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    inertia = drive_inertia(case)
     rides, limit = case.setting.rides, stop_constant(case) * case.setting.stop_current
     weaker = case.motor.torque_constant * case.setting.stop_current
     rotor, own = stop_rotor(ratio, inertia, rides)
@@ -721,7 +720,7 @@ def mechanical(case: Any, motion: Any, gear_torque: Any, traces: Any, gear_tempe
     the torque that breaks a resting joint loose.
     """
     mesh, torque = mesh_of(case.gear), traces.torque[1:-1]
-    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    inertia = drive_inertia(case)
     joint, shaft = friction_curve(case.joint), friction_curve(case.shaft)
     excess_series(joint, 1.0, motion.speed, traces.excess[0])
     excess_series(joint, 1.0, motion.loss_speed, traces.excess[1])
@@ -803,10 +802,7 @@ def at_rest(
             rotor = rotor_torque(inertia, mesh.ratio, acceleration[t], carrier[t])
             start = starting_torque(mesh, shaft, joint, at_gear[t], rotor, upcoming_speed[t])
             starting[t] = larger(abs(torque[t]), abs(start) * moves)
-            loose = larger(
-                abs(load[t] + breakaway_friction(joint, load[t]) * moves),
-                abs(load[t] + breakaway_friction(joint, upcoming_speed[t]) * moves),
-            )
+            loose = larger(abs(load[t]), abs(loosening_load(joint, load[t], upcoming_speed[t])) * moves)
             largest_load, largest = larger(largest_load, loose), larger(largest, starting[t])
     return largest_load, largest
 
@@ -1001,7 +997,7 @@ def electrical(case: Any, motion: Any, torques: Any, load: Any, winding_at: Any,
     amplifier's conduction loss. ``torques``: with a sample more at each end.
     """
     drawn_power, least_power, switches = power[0], power[1], known_or(case.amplifier.on_resistance, 0.0)
-    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    inertia = drive_inertia(case)
     lowest = coldest(case.setting)
     cold = torque_constant(case.motor, lowest)
     loss = winding_resistance(case.motor, lowest) / (cold * cold)

@@ -127,7 +127,8 @@ def gaps(evaluation: Evaluation) -> tuple[Gap, ...]:
             silent = "temperature" if has_friction_data(joint.drive.motor) else "friction"
             found.append(_gap(study, joint, joint.drive.motor, SILENT[silent], supply))
         if name in unweighed:
-            found += _of_column(study, joint, "mass", ("what the joints before must bear",))
+            bear = "what the joints before must bear"
+            found += [_gap(study, joint, part, ("mass",), (bear,)) for part in lacking_parts(joint.drive, "mass")]
     return tuple(found)
 
 
@@ -249,12 +250,6 @@ def _of_checks(study: Study, task: JointTask, joint: JointResult) -> Iterator[Ga
         yield _gap(study, joint, motor, SHORT_TIME, (PEAK,))
     if continuous_current(motor, study.ambient, housing_to_ambient=task.housing_to_ambient).value is None:
         yield _gap(study, joint, motor, CONTINUOUS, (RMS,))
-
-
-def _of_column(study: Study, joint: JointResult, column: str, checks: tuple[str, ...]) -> Iterator[Gap]:
-    """Gaps in one column of the parts of a drive."""
-    for part in lacking_parts(joint.drive, column):
-        yield _gap(study, joint, part, (column,), checks)
 
 
 def lacking_parts(drive: Drive, column: str) -> tuple[Motor | Gear | Brake, ...]:

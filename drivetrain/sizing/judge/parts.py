@@ -145,13 +145,11 @@ class FilledParts:
         return Drive(row, wheel, task.friction, task.motor_friction, tuple(words))
 
     def motor(self, key: str) -> Motor:
-        """One motor."""
         if key not in self._motors:
             self._motors[key] = _filled_motor(self.study.catalog.motors[key], self.study)
         return self._motors[key][0]
 
     def gear(self, key: str) -> Gear:
-        """One gear."""
         if key not in self._gears:
             self._gears[key] = _filled_gear(self.study.catalog.gears[key], self.study)
         return self._gears[key][0]

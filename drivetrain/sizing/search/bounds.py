@@ -20,7 +20,7 @@ import numpy as np
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import conduction_loss
 from drivetrain.drive.brake import holding_torque
-from drivetrain.drive.drive import breakaway_motor_torque, rotor_torque
+from drivetrain.drive.drive import breakaway_motor_torque, drive_inertia, rotor_torque
 from drivetrain.drive.friction import (
     Friction,
     breakaway_friction,
@@ -267,7 +267,6 @@ def set_case(numbers: CaseNumbers, pair: Any) -> Any:
 
 @law
 def copy_numbers(numbers: Any, row: Any, at: Any) -> None:
-    """Copy numbers to a place in a row."""
     for i in range(len(numbers)):
         row[at + i] = numbers[i]
 
@@ -405,7 +404,7 @@ def least_hard_stop(case: Any, stops: CurrentStops, amounts: Any) -> Any:
         return LeastStop(0.0, np.nan, 0.0)
     mesh, shaft, ratio = mesh_of(gear), friction_curve(case.shaft), gear.ratio
     largest, holding, longest = 0.0, 0.0, 0.0
-    inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(gear.inertia, 0.0)
+    inertia = drive_inertia(case)
     rides, limit = setting.rides, stop_constant(case) * setting.stop_current
     weaker = case.motor.torque_constant * setting.stop_current
     rotor, riding = stop_rotor(ratio, inertia, rides)
@@ -463,7 +462,7 @@ def least_mechanical(case: Any, interval: TorqueInterval, amounts: Any, gear_tem
     add_rows(interval.low, interval.unit_torque, amounts, low)
     for t in range(len(low)):
         high[t] = low[t] + (interval.high[t] - interval.low[t])
-    mesh, inertia = mesh_of(case.gear), known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+    mesh, inertia = mesh_of(case.gear), drive_inertia(case)
     at_shaft, excess = friction_curve(case.shaft), interval.excess
     excess_series(at_shaft, mesh.ratio, motion.loss_speed, excess)
     drag_series(mesh, gear_temperature, motion.loss_speed, interval.powers, interval.drag)
@@ -688,7 +687,7 @@ def mean_power_slope(numbers: CaseNumbers, motion: Any, load: Array, pairs: Any,
     for i in range(count):
         case = set_case(numbers, pairs[i if first else i * len(pairs) // count])
         mesh, ambient = mesh_of(case.gear), case.setting.ambient
-        inertia = known_or(case.motor.rotor_inertia, 0.0) + known_or(case.gear.inertia, 0.0)
+        inertia = drive_inertia(case)
         loss = certain_loss(case.motor, ambient, ambient, NO)
         for t in range(len(slope)):
             per_load = mesh_slope(mesh, load[t] * loss_speed[t])

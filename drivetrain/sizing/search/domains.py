@@ -64,12 +64,10 @@ Domains = tuple[Domain, ...]
 
 
 def replace_domain(domains: Sequence[Domain], joint: int, domain: Domain) -> Domains:
-    """The domains with the one of a joint replaced."""
     return (*domains[:joint], domain, *domains[joint + 1 :])
 
 
 def cheapest_pairs(domains: Sequence[Domain]) -> tuple[int, ...]:
-    """The cheapest candidate of every joint."""
     return tuple(int(domain.pairs[domain.cheapest]) for domain in domains)
 
 

@@ -35,7 +35,6 @@ class ParameterRanges:
         return cls(np.full((n, PARAMETERS), math.nan), np.full((n, PARAMETERS), math.nan))
 
     def copy(self) -> ParameterRanges:
-        """An independent copy."""
         return ParameterRanges(self.low.copy(), self.high.copy())
 
     @property
@@ -82,7 +81,6 @@ class Propagation:
 
     @property
     def _loads_decided(self) -> bool:
-        """Whether the load of every joint is decided."""
         return bool(self.ranges.decided[self.problem.is_loaded_by.any(axis=0)].all())
 
     @property

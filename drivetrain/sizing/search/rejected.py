@@ -69,7 +69,6 @@ class GivenOthers:
 
     @property
     def feasible(self) -> Indices:
-        """The feasible pairs."""
         return self.pairs[self.label == FEASIBLE]
 
 
@@ -313,7 +312,6 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
 
 
 def _has_payload(near: Nearest) -> bool:
-    """Whether the task has a payload."""
     return bool(heaviest(near.study))
 
 

@@ -97,7 +97,6 @@ def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
 
 
 def _new_tree(study: Study, wanted: SelectionOptions | None, work: Workload | None) -> Tree:
-    """A new search."""
     study = study if wanted is None else replace(study, wanted=wanted)
     try:
         offered = build_candidates(study, None if work is None else replace(work, study=study))

@@ -61,7 +61,6 @@ class SearchRegion:
         return bool(len(self.points) and (self.points <= point + slack).all(axis=1).any())
 
     def copy(self) -> SearchRegion:
-        """An independent copy."""
         other = SearchRegion(self._highest, self._tolerance)
         other.points, other.keys, other.corners = self.points, list(self.keys), self.corners
         return other

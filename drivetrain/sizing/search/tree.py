@@ -257,7 +257,6 @@ class Tree(BranchAndBound[BoundedNode]):
 
     @property
     def _open_bound(self) -> float:
-        """Lower bound of the open nodes."""
         first = [self.open[0][0]] if self.open else []
         return min([*first, math.inf if self.dive_node is None else self.dive_node.bound])
 

@@ -12,7 +12,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.notebook import shown
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.tolerance.draws import Pair, sources, streamed
+from drivetrain.sizing.tolerance.draws import sources, streamed
 from drivetrain.sizing.tolerance.sampling import NAMES, SHARED, Samples, candidate, judged, nominal_of, undrawn
 
 if TYPE_CHECKING:
@@ -102,11 +102,6 @@ class Robustness:
         return shown(repr(self), self.table.sort_values("probability", kind="stable"))
 
 
-def drives_of(evaluation: Evaluation) -> dict[str, Pair]:
-    """Keys of (motor, gear) of an evaluation by joint name."""
-    return {name: (result.motor, result.gear) for name, result in evaluation.joints.items()}
-
-
 def robustness(
     evaluation: Evaluation, *, samples: int | None = None, seed: int | None = None, threads: int = 1
 ) -> Robustness:
@@ -137,7 +132,7 @@ def robustness(
         raise InputError(Fault("tolerances", "the study states none, so nothing scatters", hint=hint))
     if count < 1:
         raise InputError(Fault("samples", "must be at least 1", count))
-    ready = candidate(nominal_of(study), drives_of(evaluation))
+    ready = candidate(nominal_of(study), evaluation.drives)
     tally, remembered = _Tally(len(study.joints)), 0
     kept: dict[str, list[Array]] = {place: [] for place in ("joints", *SHARED)}
     for draws in streamed(study, count, start, most=BATCH):
@@ -161,7 +156,6 @@ class _Tally:
         self.held = 0
 
     def add(self, found: Samples) -> None:
-        """Count more samples."""
         self.checks += (~(found.joints <= 1.0)).sum(axis=0)
         for place, count in self.shared.items():
             count += (~(getattr(found, place) <= 1.0)).sum(axis=0)

@@ -18,7 +18,6 @@ from drivetrain.arrays import Array
 from drivetrain.errors import whole_names
 from drivetrain.sizing.results import Evaluation, most_used
 from drivetrain.sizing.tolerance.draws import Draws, Source, deviated, from_uniform, sources
-from drivetrain.sizing.tolerance.monte_carlo import drives_of
 from drivetrain.sizing.tolerance.sampling import (
     NAMES,
     SHARED,
@@ -132,7 +131,7 @@ def effects(evaluation: Evaluation) -> Effects:
         values = np.zeros(count)
         values[i], values[len(found) + i] = getattr(study.tolerances, source.quantity).edges
         deviations[source] = values
-    ready = candidate(nominal_of(study), drives_of(evaluation))
+    ready = candidate(nominal_of(study), evaluation.drives)
     ends = _figures(ready, deviated(study, count, deviations))
     uniform = np.random.default_rng(study.tolerances.seed).random((ARMS, len(found)))  # the first samples of ``drawn``
     return Effects(

@@ -160,7 +160,6 @@ def check_criteria(study: Study, criteria: Sequence[str]) -> None:
 def _resumed(
     study: Study, criteria: Sequence[str], time_limit: float, resume: Front, progress: Report | None
 ) -> Front:  # fmt: skip
-    """The front of a resumed search."""
     if not same_study(resume.study, study):
         raise InputError(Fault("resume", "is a front of another study", resume.study.name))
     wanted = tuple(name for name in dict.fromkeys(criteria) if name not in resume.left_out)
