@@ -20,6 +20,7 @@ from drivetrain.errors import InputError
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.study_scene import SceneOptions, scene_of
+from drivetrain.sizing.answers.ratio import ratio_study
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.deflection import tip_deflection, vibration
 from drivetrain.sizing.judge.evaluate import evaluate
@@ -188,6 +189,32 @@ def test_a_higher_preload_is_never_better(check):
         found = evaluate(task({"motors": 2, "preload": preload, **friction()}))
         worst.append(max(required(found, name, check) for name in ("joint_1", second_motor("joint_1"))))
     assert (np.diff(worst) > 0.0).all()
+
+
+def test_another_drive_of_the_axis_is_that_of_both_motors():
+    """A ratio study of one of the two changes the rotors of both, which load the joint before."""
+
+    def whole(ratio):
+        gears = {"G": GEAR, "K": {**GEAR, "ratio": ratio}}
+        drives = {"joint_1": ("M", "G"), "joint_2": ("M", "K")}
+        return task(None, {"motors": 2}, gears=gears, drives=drives)
+
+    found = ratio_study(whole(50), "joint_2")
+    (window,) = found.windows
+    slow, fast = (evaluate(whole(end)).joints["joint_1"].series.gear_torque for end in (window.low, window.high))
+    wanted = np.abs(fast - slow).max() / np.abs(slow).max()
+    assert wanted > 0.001
+    assert found.reaction == {"joint_1": pytest.approx(wanted, rel=1e-6)}
+
+
+def test_two_different_drives_of_one_axis_are_refused():
+    study = task(None, {"motors": 2}, motors={"M": MOTOR, "S": {**MOTOR, "mass": 0.5}})
+    with pytest.raises(InputError, match=r"drives.joint_2_motor_2: must be the drive of joint_2"):
+        evaluate(study, {"joint_2": ("M", "G"), "joint_2_motor_2": ("S", "G")})
+    one, both = (
+        evaluate(study, dict.fromkeys(names, ("S", "G"))) for names in (("joint_2",), ("joint_2", "joint_2_motor_2"))
+    )
+    assert one.drives == both.drives
 
 
 def test_a_slide_on_two_pinions():

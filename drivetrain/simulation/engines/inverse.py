@@ -50,7 +50,7 @@ class Demand:
     position: Array
     speed: Array
     acceleration: Array
-    shaft_speed: Array  # of the gear's output shaft; the joint's own speed where no motors are coupled
+    motor_speed: Array  # of the rotor relative to its stator [rad/s]
     mesh_torque: Array  # transmitted by the mesh, at the gear's output [N m or N]
     joint_friction: Array  # dry friction at the joint [N m or N]
     motor_torque: Array  # electromagnetic [N m]
@@ -93,7 +93,7 @@ def demanded(plan: Plan, times: Array) -> Demand:
             voltage[:, i] = terminal_voltage(sheet, speed, current[:, i], 0.0, rest, rest)
     motion = (demands["command_position"], driven, acceleration)
     own = [body.joints_of(one) for one in motion]
-    return Demand(times, own[0], own[1], own[2], driven, mesh, joint, motor, current, voltage)
+    return Demand(times, own[0], own[1], own[2], driven * body.ratios, mesh, joint, motor, current, voltage)
 
 
 def _refuse_unsupported(plan: Plan) -> None:
@@ -196,7 +196,7 @@ SMOOTH = 0.1  # change of the second derivative with half the step, over its max
 
 
 def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]:
-    """Add the contribution of springs to motor torque, current and voltage of a rigid demand.
+    """Add the contribution of springs to speed, torque, current and voltage of the motors of a rigid demand.
 
     Also returns an event for each joint where the contribution is left out, because its wind-up is not smooth enough.
     Friction and drag at the motor stay those at its rigid speed.
@@ -206,11 +206,12 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
         return demand, ()
     step = DIFFERENCE_STEP * min(plan.scene.duration, 1.0)
     # Where a command begins or ends in motion, the differences are taken inside the run; one at rest stays at rest.
-    first, last = (step if demand.speed[k].any() else 0.0 for k in (0, -1))
+    first, last = (0.0 if resting(demand.speed)[k].all() else step for k in (0, -1))
     time = np.clip(demand.time, first, plan.scene.duration - last)
     speed, ahead = _wind_up_derivatives(plan, time, step)
     _, finer = _wind_up_derivatives(plan, time, 0.5 * step)
-    motor, current, voltage = demand.motor_torque.copy(), demand.current.copy(), demand.voltage.copy()
+    turning, motor = demand.motor_speed.copy(), demand.motor_torque.copy()
+    current, voltage = demand.current.copy(), demand.voltage.copy()
     events = []
     for i, shape in springs.items():
         name, ratio = plan.scene.joints[i], float(plan.body.ratios[i])
@@ -224,13 +225,18 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
             continue
         added = plan.body.rotors[i] * finer[:, i] / ratio
         motor[:, i] += added
+        turning[:, i] += speed[:, i] * ratio
         sheet = motor_of(plan.scene.effects.get(name, ()))
         if sheet is not None:
             rest = sheet.reference_temperature
             current[:, i] += added / torque_constant(sheet, rest)
-            turning = (demand.shaft_speed[:, i] + speed[:, i]) * ratio
-            voltage[:, i] = terminal_voltage(sheet, turning, current[:, i], 0.0, rest, rest)
-    return replace(demand, motor_torque=motor, current=current, voltage=voltage), tuple(events)
+            voltage[:, i] = terminal_voltage(sheet, turning[:, i], current[:, i], 0.0, rest, rest)
+    return replace(demand, motor_speed=turning, motor_torque=motor, current=current, voltage=voltage), tuple(events)
+
+
+def _before_end(plan: Plan, times: Array) -> Array:
+    """Times no later than just before the end of the run, where a command that ends in motion still moves."""
+    return np.minimum(times, np.nextafter(plan.scene.duration, 0.0))
 
 
 def _wind_up_derivatives(plan: Plan, time: Array, step: float) -> tuple[Array, Array]:
@@ -240,7 +246,7 @@ def _wind_up_derivatives(plan: Plan, time: Array, step: float) -> tuple[Array, A
     """
     wind_ups = []
     for shift in (-step, 0.0, step):
-        demands = demanded(plan, time + shift)
+        demands = demanded(plan, _before_end(plan, time + shift))
         wind_up = np.zeros_like(demands.mesh_torque)
         for i, shape in plan.body.springs.items():
             if shape.deflection is not None:
@@ -275,7 +281,7 @@ class Inverse(Engine):
             if given
         )
         times = recorded_times(plan.scene.duration, options.interval)
-        demand, events = with_springs(plan, demanded(plan, times))
+        demand, events = with_springs(plan, demanded(plan, _before_end(plan, times)))
         raise_faults(
             fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)
         )
@@ -308,12 +314,13 @@ def _series(plan: Plan, demand: Demand) -> dict[str, Series]:
     for i, name in enumerate(plan.scene.joints):
         for what, unit, values in columns:
             series[f"{name}.{what}"] = Series(unit_at(unit, plan.scene.turning[i]), values[:, i])
-        series[f"{name}.motor_speed"] = Series("rad/s", demand.shaft_speed[:, i] * plan.body.ratios[i])
+        series[f"{name}.motor_speed"] = Series("rad/s", demand.motor_speed[:, i])
         series[f"{name}.electromagnetic_torque"] = Series("N m", demand.motor_torque[:, i])
         if np.isfinite(demand.current[:, i]).all():
             series[f"{name}.current"] = Series("A", demand.current[:, i])
             series[f"{name}.voltage"] = Series("V", demand.voltage[:, i])
         wind_up = plan.body.springs[i].deflection if i in plan.body.springs else None
         if wind_up is not None:
-            series[f"{name}.deflection"] = Series("rad", np.array([wind_up(load) for load in demand.mesh_torque[:, i]]))
+            angle = np.array([wind_up(load) for load in demand.mesh_torque[:, i]])
+            series[f"{name}.deflection"] = Series(unit_at("rad", plan.scene.turning[i]), angle)
     return series

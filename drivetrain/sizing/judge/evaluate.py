@@ -147,6 +147,11 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
             pair = (motor if motor in study.catalog.motors else given[0], task.staged.get(gear, gear))
             faults += _unknown_keys(study, task, pair)
             found[task.name] = pair
+            first = task.sharing[0] if task.sharing else task.name
+            if found.get(first, pair) != pair:
+                faults.append(
+                    Fault(f"drives.{task.name}", f"must be the drive of {first}, with which it shares an axis", given)
+                )
     raise_faults(faults)
     return found
 

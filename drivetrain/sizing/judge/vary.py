@@ -108,7 +108,10 @@ class Setup:
         return self.work.at(joint, self.drives).demand(self.drives[joint])
 
     def with_drive(self, joint: int, drive: Drive) -> Setup:
-        return Setup(self.work, {**self.drives, joint: drive})
+        """The set with another drive at a joint; of two motors on one axis, both have it."""
+        names = self.study.joints[joint].sharing
+        both = [i for i, task in enumerate(self.study.joints) if task.name in names]
+        return Setup(self.work, {**self.drives, **dict.fromkeys([joint, *both], drive)})
 
     def with_keys(self, joint: int, motor: str, gear: str) -> Setup:
         return self.with_drive(joint, FilledParts(self.study).drive(self.study.joints[joint], motor, gear))
