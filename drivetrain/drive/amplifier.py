@@ -177,13 +177,18 @@ class Supply:
         raise_faults(faults)
 
     @property
+    def always_burns(self) -> bool:
+        """Whether the source itself reaches the threshold, so that the brake resistor never goes off."""
+        return self.threshold is not None and self.threshold <= self.voltage
+
+    @property
     def braking_power(self) -> float | None:
-        """Power of the brake resistor at its threshold voltage [W]; None without a resistor, and where the bus voltage
-        is checked instead.
+        """Power of the brake resistor at its threshold voltage [W]; 0 if it never goes off, None without a resistor,
+        and where the bus voltage is checked instead.
         """
         if self.resistance is None or self.threshold is None or self.max_voltage is not None:
             return None
-        return self.threshold**2 / self.resistance
+        return 0.0 if self.always_burns else self.threshold**2 / self.resistance
 
 
 def limits_of(sheet: AmplifierSheet) -> Amplifier:

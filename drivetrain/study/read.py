@@ -77,7 +77,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     supply = form.supply
     with ledger.gather(("supply",)):
         supply = made(supply)
-        if supply.threshold is not None and supply.threshold <= supply.voltage:
+        if supply.always_burns:
             problem = "must be above the voltage of the source, or the resistor never goes off"
             ledger.fault(("supply", "threshold"), problem, supply.threshold)
     stiffness = made(form.stiffness)

@@ -16,6 +16,7 @@ from drivetrain.motion.duty_cycle import build_mix
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.missing import missing_words
 from drivetrain.sizing.search.search import select
+from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Verdict
 
@@ -196,6 +197,17 @@ def test_a_resistor_saves_the_bus_and_says_how_long_it_is_on(flywheel):
     assert "in the mean, on" in told.remark
     weak = shared(evaluate(replace(flywheel, supply=replace(helped, resistance=200.0))))[BUS]
     assert told.required < weak.required and "does not hold the threshold of 56 V" in weak.remark
+
+
+@pytest.mark.parametrize(("stated", "check"), [({}, PEAK), ({"max_voltage": 90.0}, BUS)])
+def test_a_source_above_the_threshold_never_lets_the_resistor_go_off(flywheel, stated, check):
+    """As where the voltage of a study is varied, which its file refuses."""
+    supply = Supply(48.0, capacity=0.02, threshold=60.0, resistance=2.0, **stated)
+    for voltage, fits in ((48.0, True), (59.9, True), (60.0, False), (70.0, False)):
+        study = changed(replace(flywheel, supply=supply), TaskChange(voltage=voltage / 48.0))
+        found = shared(evaluate(study))[check]
+        assert (found.verdict is not Verdict.FAIL) == fits, voltage
+        assert ("never goes off" in found.remark) != fits
 
 
 def test_the_bus_decides_a_choice(flywheel, make):

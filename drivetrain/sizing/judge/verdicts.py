@@ -117,7 +117,8 @@ def standby_power(study: Study) -> float:
 
 
 def bus_of(study: Study, power: Array) -> BusPeak:
-    """Bus voltage [V] over the cycle from the power (N,) [W]; NaN without a capacitance.
+    """Bus voltage [V] over the cycle from the power (N,) [W]; NaN without a capacitance, infinite if the brake resistor
+    never goes off.
 
     Each part of a mix repeats by itself, and may follow any other: it begins with the highest voltage that one of them
     leaves. As no part leaves more than the larger of that and its own, no order of the parts gives more.
@@ -125,6 +126,8 @@ def bus_of(study: Study, power: Array) -> BusPeak:
     supply, cycle = study.supply, study.cycle
     if supply.capacity is None:
         return BusPeak(math.nan, 0, math.nan, math.nan)
+    if supply.always_burns:
+        return BusPeak(math.inf, 0, math.inf, math.inf)
     bus = supply.voltage, supply.capacity, supply.threshold or math.inf, supply.resistance or math.inf
     rows = [(np.ascontiguousarray(cycle.time[part]), np.ascontiguousarray(power[part])) for part in cycle.parts]
     alone = [bus_peak(*bus, *row, supply.voltage) for row in rows]
@@ -172,6 +175,8 @@ def supply_checks(
 
 def _supply_words(supply: Supply, row: Requirement, bus: BusPeak) -> str:
     """Source and remark of a check of the supply."""
+    if supply.always_burns and row.required in ("braking_power", "bus_voltage"):
+        return f"the source of {supply.voltage:.6g} V is above the threshold: the brake resistor never goes off"
     if row.limit == "braking_power" and getattr(supply, row.limit) is None:
         whole = "the voltage of the bus decides whether its capacity and the resistor are enough"
         return whole if supply.max_voltage is not None else "the study states no threshold and resistance"
