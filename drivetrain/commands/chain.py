@@ -102,6 +102,7 @@ def _unstaged(study: Study, gear: str) -> str:
 
 
 def write_chosen(selection: Selection, target: Path) -> None:
+    from drivetrain.drive.motor import bare_key
     from drivetrain.study.written import with_drives
     from drivetrain.whole_files import write_files
 
@@ -117,7 +118,7 @@ def write_chosen(selection: Selection, target: Path) -> None:
         if task.sharing[1:] == (task.name,):  # the study names the drive of the two motors of an axis only once
             continue
         if task.drive is None:
-            named = {"motor": joint.motor.removesuffix(f"+{joint.brake}"), "gear": _unstaged(study, joint.gear)}
+            named = {"motor": bare_key(joint.drive.motor), "gear": _unstaged(study, joint.gear)}
         if task.brakes and joint.brake:
             named["brake"] = joint.brake
         if task.amplifiers and joint.amplifier.key:

@@ -144,6 +144,11 @@ def braked(motor: Motor, brake: Brake) -> Motor:
     return replace(motor, key=f"{motor.key}+{brake.key}", brake=brake, **sums)  # type: ignore[arg-type]
 
 
+def bare_key(motor: Motor) -> str:
+    """Key of a motor without its brake."""
+    return motor.key.removesuffix(f"+{motor.brake.key}") if motor.brake.key else motor.key
+
+
 def whole_mass(motor: Motor) -> float | None:
     """Mass of a motor with its brake [kg]; None where one of them is unknown."""
     return None if motor.brake.key and motor.brake.mass is None else motor.mass

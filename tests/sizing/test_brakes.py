@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivetrain.catalog.read import Catalog
+from drivetrain.catalog.read import Catalog, compatible_pairs
 from drivetrain.drive.brake import Brake, stopping_energy
 from drivetrain.drive.motor import braked
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.errors import InputError
 from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.sizing.answers.free_ratio import free_ratios
+from drivetrain.sizing.answers.ratio import partners
 from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.demand import joint_demand, workload
@@ -21,7 +23,7 @@ from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange
-from drivetrain.study.model import Mount, Study
+from drivetrain.study.model import FreeRatio, Mount, Study
 from drivetrain.study.parts.candidates import with_brakes
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.parts.verdicts import Verdict
@@ -222,6 +224,26 @@ def test_evaluation_wants_to_know_which_brake(make):
     for drives in ({}, {"j2": ("m1", "g1")}):
         with pytest.raises(InputError, match="brake"):
             evaluate(study, drives)
+
+
+@pytest.mark.parametrize("brake", ["BR_8JSA_2", "[BR_8JSA_2, BR_8JSA_3]"])
+def test_another_motor_may_be_tried_with_the_brakes_of_a_joint(tmp_path, brake):
+    """With one brake the motor's key is enough; rules, published pairs and gears are those of the motor without it."""
+    study = written(tmp_path, brake)
+    motor, gear = "maxon_DCX14L01EBKL610", "hd_CSG-14-50-2UH"
+    tried = evaluate(study, {"axis": (f"{motor}+BR_8JSA_2", gear)}).joints["axis"]
+    assert tried.brake == "BR_8JSA_2" and tried.drive.motor.rotor_inertia > study.catalog.motors[motor].rotor_inertia
+    if brake == "BR_8JSA_2":
+        assert evaluate(study, {"axis": (motor, gear)}).joints["axis"].motor == tried.motor
+        (free,) = free_ratios(study, free={"axis": FreeRatio(20.0, 200.0, motor=motor)}).joints
+        assert free.motor == tried.motor
+    (answer,) = why_not(study, "axis", motor, gear, cost=False).answers
+    assert TORQUE not in answer.lacking and answer.partners == len(study.joints[0].brakes)
+    published = compatible_pairs(study.catalog, [motor])
+    if brake == "BR_8JSA_2":  # otherwise the study considers only its own gear, with either brake
+        (answer,) = why_not(study, "axis", motor, cost=False).answers
+        assert answer.partners == len(published) > 0
+    assert partners(study, study.joints[0], tried.motor) == sorted(one for _, one in published)
 
 
 def test_selection_with_brakes_is_brute_force(make):

@@ -60,7 +60,7 @@ def test_the_range_the_speed_and_the_voltage_end_it(make):
     study = inertia_study(make)
     (joint,) = free_ratios(study, free={"j1": FreeRatio(5.0, 20.0)}).joints
     assert joint.best == pytest.approx(20.0, rel=1e-7) and joint.ended_by == "end of the range"
-    slow = replace(study, catalog=Catalog({"m1": replace(bare_motor(make), max_speed=60.0)}, {}))
+    slow = replace(study, catalog=Catalog({"m1": replace(bare_motor(make), max_speed=60.0)}, {"g1": make.gear}))
     (joint,) = free_ratios(slow, free={"j1": WIDE}).joints
     assert joint.best == pytest.approx(60.0 / 1.0, rel=1e-6) and joint.ended_by == "motor speed"
     weak = replace(study, supply=replace(study.supply, voltage=5.0))
@@ -160,9 +160,13 @@ def test_bad_input_is_told(make):
         ({"free": {"j1": FreeRatio(1.0, 9.0, "Y")}}, "series"),
         ({"free": {"j1": FreeRatio(1.0, 9.0, None, "m7")}}, "m1"),
         ({"free": {"j1": WIDE}, "goal": "heats"}, "heat"),
+        ({"free": {"j1": WIDE}, "drives": {"j3": ("m1", "")}}, "drives.j3: is no joint"),
+        ({"free": {"j1": WIDE}, "drives": {"j2": ("m1", "g9")}}, "drives.j2.gear: is not in the catalogue"),
     ):
         with pytest.raises(InputError, match=word):
             free_ratios(study, **arguments)
-    unknown = replace(study, catalog=Catalog({"m1": replace(study.catalog.motors["m1"], rotor_inertia=None)}, {}))
+    unknown = replace(
+        study, catalog=Catalog({"m1": replace(study.catalog.motors["m1"], rotor_inertia=None)}, study.catalog.gears)
+    )
     with pytest.raises(InputError, match="rotor inertia"):
         free_ratios(unknown, free={"j1": WIDE}, drives={"j2": ("m1", "")})

@@ -21,7 +21,7 @@ from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Study
-from drivetrain.study.parts.candidates import gears_at
+from drivetrain.study.parts.candidates import gears_at, motors_at
 
 SEARCH_TIME = 1.5  # s a selection may take; what is left unproven is said on the page
 LARGEST = 1e6  # of any number that is asked for, in the unit of its control
@@ -59,7 +59,7 @@ class LivePage:
             pairs = tasks[name].pairs
             keys = tuple(
                 tuple(dict.fromkeys(pair[k] for pair in pairs if pair[k]) if pairs else rows)
-                for k, rows in enumerate((list(catalog.motors), gears_at(tasks[name], catalog)))
+                for k, rows in enumerate((motors_at(tasks[name], catalog), gears_at(tasks[name], catalog)))
             )
             joints.append({"name": name, "motor": motor, "gear": gear, "ratio": ratio,
                            "list": lists.setdefault(keys, len(lists))})  # fmt: skip

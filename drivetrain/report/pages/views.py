@@ -14,7 +14,7 @@ import pandas as pd
 from drivetrain.catalog.schema import BRAKE_COLUMNS, GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, bare_key
 from drivetrain.report.pages.sheet import Chip
 from drivetrain.report.quantities import DASH, convert, number, percent, printed_unit
 from drivetrain.report.rejected import COLUMNS
@@ -190,7 +190,7 @@ def part(record: Motor | Gear | Brake) -> Part:
 
 def used_rows(joint: JointResult, study: Study) -> list[Part]:
     brake = joint.drive.motor.brake
-    motor = study.catalog.motors.get(joint.motor.removesuffix(f"+{brake.key}"), joint.drive.motor)
+    motor = study.catalog.motors.get(bare_key(joint.drive.motor), joint.drive.motor)
     gear = study.catalog.gears.get(joint.gear, joint.drive.gear)
     return [part(motor), *([part(brake)] if brake.key else []), *([part(gear)] if joint.gear else [])]
 

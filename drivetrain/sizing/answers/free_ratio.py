@@ -22,13 +22,13 @@ from drivetrain.errors import Fault, InputError, by_joint, member_of, nearest, r
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
 from drivetrain.sizing.answers.ratio_descent import ArmDesign, Goal, LineSearch, coordinate_descent
 from drivetrain.sizing.demand.demand import workload
-from drivetrain.sizing.judge.evaluate import Pair
+from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.vary import worst_of
 from drivetrain.sizing.search.search import select
 from drivetrain.study.model import FreeRatio, Study
-from drivetrain.study.parts.candidates import gears_at
+from drivetrain.study.parts.candidates import braked_key, gears_at
 from drivetrain.study.parts.verdicts import Verdict, verdict_of
 
 SHOWN_GEARS = 12  # gears of the catalogue that are compared with the continuous gear
@@ -162,7 +162,8 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
     filled_parts, motors, families = FilledParts(study), dict[int, str](), dict[int, GearFamily]()
     known: dict[tuple[float, float, str | None], GearFamily] = {}
     for index, task in enumerate(study.joints):
-        motors[index] = (wanted[task.name].motor if task.name in wanted else None) or pairs[task.name][0]
+        named = (wanted[task.name].motor if task.name in wanted else None) or pairs[task.name][0]
+        motors[index] = braked_key(task, study.catalog, named)
         if motors[index] not in study.catalog.motors:
             hint = nearest(motors[index], study.catalog.motors)
             faults.append(Fault(f"joints.{task.name}.free_ratio.motor", "is not in the catalogue", motors[index], hint))
@@ -178,12 +179,7 @@ def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: M
 
 def _pairs(study: Study, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> dict[str, Pair]:
     """A drive for every joint that needs one: the named one, the given one, or a selected one."""
-    pairs: dict[str, Pair] = {}
-    for task in study.joints:
-        pair = drives.get(task.name, task.drive)
-        if pair is not None:
-            gear = pair[1] or ""
-            pairs[task.name] = (pair[0], task.staged.get(gear, gear))
+    pairs = given_drives(study, drives, every=False)
     named = {name for name, free in wanted.items() if free.motor}
     open_joints = [task.name for task in study.joints if task.name not in pairs and task.name not in named]
     if open_joints:

@@ -26,6 +26,7 @@ from drivetrain.drive.matching import (
     ratio_of_least_rms,
     torque_terms,
 )
+from drivetrain.drive.motor import bare_key
 from drivetrain.errors import Fault, InputError, whole_names
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
@@ -407,7 +408,8 @@ def near_gears(
 
 def partners(study: Study, task: JointTask, motor: str) -> list[str]:
     """Keys of the gears that are compatible with a motor: from the study's pairs, else from published pairs."""
-    published = (task.staged.get(gear, gear) for gear in study.catalog.pairs.get(motor, ()))
+    bare = bare_key(study.catalog.motors[motor])  # published pairs name parts without brakes and stages
+    published = (task.staged.get(gear, gear) for gear in study.catalog.pairs.get(bare, ()))
     return [gear for one, gear in task.pairs if one == motor and gear] or sorted(published)
 
 

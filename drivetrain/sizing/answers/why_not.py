@@ -15,7 +15,7 @@ import numpy as np
 
 from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor
+from drivetrain.drive.motor import Motor, bare_key
 from drivetrain.errors import Fault, nearest, raise_faults, whole_name
 from drivetrain.sizing.answers.ratio import NearGear, near_gears, partners
 from drivetrain.sizing.demand.changed_work import WorkFamily
@@ -41,7 +41,7 @@ from drivetrain.sizing.results import Evaluation, JointResult, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import JointTask, Study, pair_name
-from drivetrain.study.parts.candidates import excluded_by
+from drivetrain.study.parts.candidates import excluded_by, with_brakes
 from drivetrain.study.parts.mounting import drive_mass, mass_counts
 from drivetrain.study.parts.verdicts import Check, Verdict, worst
 
@@ -279,13 +279,16 @@ def _pairs(question: _Question, task: JointTask) -> tuple[Pair, ...]:
     allowed = meant(task.pairs if task.drive is None else (*task.pairs, task.drive))
     if allowed or question.gear == "":
         return allowed
-    own = {staged: key for key, staged in task.staged.items()}  # published pairs name gears without stages
-    motors = sorted({pair[0] for pair in task.pairs}) if motor is None else named
+    # Published pairs name motors without brakes and gears without stages.
+    rows, own = catalog.motors, {staged: key for key, staged in task.staged.items()}
+    motors = sorted({bare_key(rows[one]) for one in (named or [pair[0] for pair in task.pairs])})
     gears = (
         sorted({own.get(pair[1], pair[1]) for pair in task.pairs if pair[1]}) if gear is None else [own.get(gear, gear)]
     )
-    found = compatible_pairs(catalog, motors or None, gears or None)
-    return tuple((motor, task.staged.get(gear, gear)) for motor, gear in found)
+    motors = motors or [key for key, row in rows.items() if not row.brake.key]
+    found: Sequence[Pair] = compatible_pairs(catalog, motors, gears or None)
+    found = with_brakes(catalog, found, task.brakes)[0] if task.brakes else found
+    return tuple((key, task.staged.get(gear, gear)) for key, gear in found if not named or key in named)
 
 
 def _tried(question: _Question, joint: int, pair: Pair) -> _Tried:

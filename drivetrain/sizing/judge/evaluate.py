@@ -22,6 +22,7 @@ from drivetrain.sizing.judge.stiffness import arm_checks
 from drivetrain.sizing.judge.verdicts import checks_of, placed, supply_checks
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
+from drivetrain.study.parts.candidates import braked_key, gears_at, motors_at
 from drivetrain.study.parts.verdicts import UNWEIGHED, Check, Verdict
 
 Pair = tuple[str, str]
@@ -123,8 +124,8 @@ def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[C
     return Evaluation(study, results, shared, weighted(study.wanted, found), found)
 
 
-def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str, Pair]:
-    """The drive of every joint: the caller's, else the study's."""
+def given_drives(study: Study, drives: Mapping[str, Given] | Given, *, every: bool = True) -> dict[str, Pair]:
+    """The drive of every joint: the caller's, else the study's; ``every``: whether a joint must have one."""
     names = [task.name for task in study.joints]
     if isinstance(drives, tuple) and len(drives) == 2 and all(one is None or isinstance(one, str) for one in drives):
         drives = dict.fromkeys(names, drives)
@@ -136,15 +137,16 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given) -> dict[str,
     found: dict[str, Pair] = {}
     for task in study.joints:
         given = next((drives[name] for name in (task.name, *task.sharing) if name in drives), task.drive)
+        if given is None and not every:
+            continue
         if given is None:
             problem = "has no drive" + (": which of its brakes is left open" if task.brakes else "")
             faults.append(Fault(f"drives.{task.name}", problem, None, GIVE))
         elif not _is_pair(given):
             faults.append(Fault(f"drives.{task.name}", "must be a motor key and a gear key", given))
         else:
-            motor = f"{given[0]}+{task.brakes[0].key}" if len(task.brakes) == 1 else given[0]
             gear = "" if given[1] in NO_GEAR else str(given[1])
-            pair = (motor if motor in study.catalog.motors else given[0], task.staged.get(gear, gear))
+            pair = (braked_key(task, study.catalog, given[0]), task.staged.get(gear, gear))
             faults += _unknown_keys(study, task, pair)
             found[task.name] = pair
             first = task.sharing[0] if task.sharing else task.name
@@ -287,11 +289,13 @@ def _unknown_keys(study: Study, task: JointTask, pair: Pair) -> list[Fault]:
     (motor, gear), catalog, faults = pair, study.catalog, list[Fault]()
     brakes = [brake.key for brake in task.brakes]
     if motor not in catalog.motors:
-        hint = nearest(motor, catalog.motors)
+        hint = nearest(motor, motors_at(task, catalog))
         faults.append(Fault(f"drives.{task.name}.motor", "is not in the catalogue", motor, hint))
     elif brakes and catalog.motors[motor].brake.key not in brakes:
         hint = f"such as {motor}+{brakes[0]}"
         faults.append(Fault(f"drives.{task.name}.motor", "needs the key of a brake beside its own", motor, hint))
     if gear and gear not in catalog.gears:
-        faults.append(Fault(f"drives.{task.name}.gear", "is not in the catalogue", gear, nearest(gear, catalog.gears)))
+        faults.append(
+            Fault(f"drives.{task.name}.gear", "is not in the catalogue", gear, nearest(gear, gears_at(task, catalog)))
+        )
     return faults

@@ -13,7 +13,7 @@ from drivetrain.catalog.read import Catalog, FramelessRule, compatible_pairs, fi
 from drivetrain.catalog.schema import GEAR_COLUMNS, MOTOR_COLUMNS
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.gear import Gear
-from drivetrain.drive.motor import Motor, braked
+from drivetrain.drive.motor import Motor, bare_key, braked
 from drivetrain.errors import nearest
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
@@ -180,6 +180,18 @@ def gears_at(task: JointTask, catalog: Catalog) -> list[str]:
     return [key for key, row in catalog.gears.items() if not row.staged]
 
 
+def motors_at(task: JointTask, catalog: Catalog) -> list[str]:
+    """Keys of all motors of the catalogue at a joint: combined with its brakes, if it must have one."""
+    brakes = {brake.key for brake in task.brakes} or {""}
+    return [key for key, row in catalog.motors.items() if row.brake.key in brakes]
+
+
+def braked_key(task: JointTask, catalog: Catalog, motor: str) -> str:
+    """Key of a motor with the only brake of a joint; the given key if the motor has one, or the joint has several."""
+    key = f"{motor}+{task.brakes[0].key}" if len(task.brakes) == 1 else motor
+    return key if key in catalog.motors else motor
+
+
 def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str | None) -> tuple[str, ...]:
     """The rules of the study by which a part or a pair may not drive a joint, as texts.
 
@@ -190,7 +202,8 @@ def excluded_by(task: JointTask, catalog: Catalog, motor: str | None, gear: str 
     if task.rules is None:
         return () if task.pairs else (f"the study gives {task.name} its drive and considers no other",)
     words: list[str] = []
-    # the rules apply to the gear without stages
+    # The rules apply to the motor without brake and to the gear without stages.
+    motor = None if motor is None else bare_key(catalog.motors[motor])
     gear = next((own for own, key in task.staged.items() if key == gear), gear)
     if motor is not None:
         words += _broken("motor", motor, catalog.motors[motor], task.rules.motors, MOTOR_COLUMNS)

@@ -45,8 +45,8 @@ class Surroundings:
     ledger: Ledger  # takes faults and notes
     # rules that were applied before, with the remaining pairs
     found: list[tuple[CandidatesForm, Found]] = field(default_factory=list)
-    # motors with a brake that may drive a joint, by key
-    braked: dict[str, Motor] = field(default_factory=dict)
+    brakes: set[str] = field(default_factory=set)  # keys of the brakes with which motors have been combined
+    braked: dict[str, Motor] = field(default_factory=dict)  # motors combined with brakes, by key
     chains: dict[Chain, dict[str, str]] = field(default_factory=dict)  # keys of gears with stages, by gear key
     staged: dict[str, Gear] = field(default_factory=dict)  # gears combined with stages, by key
 
@@ -312,9 +312,11 @@ def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: 
 
 
 def _with_brakes(around: Surroundings, pairs: Sequence[Pair], brakes: Sequence[Brake]) -> tuple[Pair, ...]:
-    found, motors = with_brakes(around.catalog, pairs, brakes)
-    around.braked.update(motors)
-    return found
+    """All combinations of the pairs with the brakes; every other motor may be tried with them too."""
+    new = [brake for brake in brakes if brake.key not in around.brakes]
+    around.braked.update(with_brakes(around.catalog, [(motor, "") for motor in around.catalog.motors], new)[1])
+    around.brakes.update(brake.key for brake in new)
+    return with_brakes(around.catalog, pairs, brakes)[0]
 
 
 def _candidates(around: Surroundings, form: CandidatesForm, place: Place) -> Found:
