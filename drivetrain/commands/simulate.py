@@ -57,7 +57,9 @@ def simulate(
     ],
     duration: Annotated[
         str | None,
-        typer.Option(help="Simulated time. Default: the study's cycle; for an arm 3 s.", show_default=False),
+        typer.Option(
+            help="Simulated time; the cycle of a study repeats. Default: one cycle; for an arm 3 s.", show_default=False
+        ),
     ] = None,
     begin: Annotated[
         str, typer.Option("--from", help="For an arm, its initial position: 30 deg for all joints, or [0, 30, 0] deg.")
@@ -214,6 +216,8 @@ def _run_study(
         out=out,
     )
     result, options = chosen(loaded, runs=True), replace(loaded.simulation, **stated)
+    if seconds is not None:
+        options = replace(options, repetitions=_repetitions(loaded, options.repetitions, seconds))
     with working("choosing effects") as step:
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
@@ -234,6 +238,18 @@ def _run_study(
     write_page(loaded, out, {"simulation.html": page})
     _save(recording, out or report_folder(loaded.name))
     return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
+
+
+def _repetitions(study: Study, stated: int, seconds: float) -> int:
+    """How often the cycle is run within a simulated time, at least as often as stated; an open one as stated."""
+    import numpy as np
+
+    from drivetrain.motion.duty_cycle import GAP_ALLOWED
+
+    cycle = study.cycle
+    if study.arm is not None and np.abs(cycle.position[-1] - cycle.position[0]).max() > GAP_ALLOWED:
+        return stated
+    return max(stated, math.ceil(seconds / cycle.duration - 1e-9))
 
 
 def _given(text: str | None, scene: Plan) -> str | dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import drivetrain as dt
 from drivetrain.cli import app
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
@@ -66,6 +67,26 @@ def test_simulate_writes_page_and_recording(tmp_path: Path) -> None:
     errors = [np.abs(recording[f"{j}.position"] - recording[f"{j}.command_position"]).max()
               for j in recording.ending("command_position")]  # fmt: skip
     assert 0.0 < max(errors) < 0.02
+
+
+def test_a_longer_run_repeats_the_cycle(tmp_path: Path) -> None:
+    """The command after a whole cycle is that of its start; a run can go on from within a later cycle."""
+    study, long, first, second = write(tmp_path), *(tmp_path / name for name in ("long", "first", "second"))
+    cycle = dt.load_study(study).cycle.duration
+    quick = ("--effects", "none", "--step", "1 ms")
+    for out, lasts, *more in (
+        (long, 2.5 * cycle), (first, 1.3 * cycle), (second, 2.5 * cycle, "--resume", first / "recording.npz"),
+    ):  # fmt: skip
+        code, output = run("simulate", study, "--out", out, *quick, "--duration", f"{lasts} s", *more)
+        assert code in (0, 1), output
+    whole, resumed = (load_recording(folder / "recording.npz") for folder in (long, second))
+    for name in whole.ending("command_position"):
+        command = whole[f"{name}.command_position"]
+        again = np.interp(whole.time + cycle, whole.time, command)
+        within = whole.time < 1.4 * cycle
+        assert np.ptp(command) > 0.5
+        assert again[within] == pytest.approx(command[within], abs=2e-3)  # interpolated between rows, 1 ms apart
+        assert resumed[f"{name}.position"][-1] == pytest.approx(whole[f"{name}.position"][-1], abs=1e-9)
 
 
 def test_simulate_goes_on_from_a_recording(tmp_path: Path) -> None:
