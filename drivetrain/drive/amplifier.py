@@ -192,9 +192,7 @@ class Supply:
 
 
 def limits_of(sheet: AmplifierSheet) -> Amplifier:
-    """Limits of a catalogue amplifier at one joint; the modulation of ``Amplifier`` is used if its data sheet gives
-    none.
-    """
+    """Limits of a catalogue amplifier at one joint; if its data sheet gives no modulation, that of ``Amplifier``."""
     modulation = Amplifier.modulation if sheet.modulation is None else sheet.modulation
     return Amplifier(
         sheet.peak_current, sheet.continuous_current, modulation, sheet.logic_power,
@@ -285,9 +283,7 @@ def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
 
 
 def torque_constant_to_dc(constant: Values, basis: CurrentBasis | str) -> Values:
-    """A printed torque constant converted to that of the DC equivalent, which is the inverse of the conversion of
-    currents.
-    """
+    """A printed torque constant converted to the DC equivalent, the inverse of the conversion of currents."""
     return constant / _dc_amperes(basis)
 
 
@@ -316,9 +312,7 @@ def overload_room(amplifier: Any) -> Any:
 
 @law
 def overload_after(amplifier: Any, overload: Any, square: Any, step: Any) -> Any:
-    """Overload after a step [s]; ``overload``: the one before it, ``square``: squared current over squared continuous
-    current [-].
-    """
+    """Overload after a step [s]; ``overload``: the one before it, ``square``: (current / continuous current)^2 [-]."""
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)
@@ -329,9 +323,7 @@ def overload_after(amplifier: Any, overload: Any, square: Any, step: Any) -> Any
 
 @law
 def overload_allows(amplifier: Any, overload: Any, step: Any) -> Any:
-    """Squared current over squared continuous current at which the overload reaches its limit in a step [s]; 1 if it
-    has reached it.
-    """
+    """(current / continuous current)^2 with which the overload reaches its limit in a step [s]; 1 at its limit."""
     constant = amplifier.thermal_time_constant
     if known(constant):
         left = math.exp(-step / constant)

@@ -145,9 +145,7 @@ def side(value: Any) -> Any:
 
 @law
 def friction_curve(friction: Any) -> Any:
-    """The curve of a friction law: missing values of one direction equal the other's, a missing static torque equals
-    Coulomb's.
-    """
+    """The curve of a friction law: values missing in one direction equal the other's, static torque Coulomb's."""
     backward = known_or(friction.coulomb_negative, friction.coulomb)
     return FrictionCurve(
         friction.coulomb, backward, friction.viscous, known_or(friction.viscous_negative, friction.viscous),

@@ -392,9 +392,7 @@ def least_momentary_torque(gear: Any) -> Any:
 
 @lru_cache(maxsize=1024)  # because every copy is validated again
 def complete(gear: Gear) -> Gear:
-    """The gear with the defaults of its kind: life exponent, momentary waves; of an ideal gear also efficiency and
-    inertia.
-    """
+    """The gear with the defaults of its kind: life exponent, momentary waves; if ideal also efficiency and inertia."""
     if gear.kind == "strain_wave" and gear.momentary_waves is None:
         return replace(gear, life_exponent=torque_exponent(gear), momentary_waves=MOMENTARY_WAVES)
     if gear.kind != "ideal":
@@ -570,9 +568,7 @@ def turning_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
 
 @law
 def grown_drag(mesh: Any, factor: Any, input_speed: Any) -> Any:
-    """Drag torque with the sign of the input speed [N m]; ``factor``: f |n|^p, temperature factor and power of the
-    speed.
-    """
+    """Drag torque with the sign of the input speed [N m]; ``factor``: f |n|^p, of temperature and speed."""
     return direction(input_speed) * (mesh.drag * factor + mesh.seal)
 
 
@@ -590,9 +586,7 @@ def drag_torque(mesh: Any, input_speed: Any, temperature: Any) -> Any:
 
 @law
 def settled_temperature(mesh: Any, ambient: Any, resistance: Any, heat: Any, drag: Any) -> Any:
-    """Temperature of a gear whose drag heats its housing, T = T_ambient + R (heat + drag f(T)) [C], from below by
-    bisection.
-    """
+    """Temperature of a gear that its drag heats, T = T_ambient + R (heat + drag f(T)) [C], from below by bisection."""
     low = ambient + resistance * heat
     high = low + resistance * drag * drag_factor(mesh, low)
     for _ in range(HALVINGS):

@@ -386,9 +386,7 @@ def exact_current_step(
 
 @kernel
 def current_reach(resistance: float, inductance: float, step: float) -> tuple[float, float]:
-    """Coefficients of the current at the end of a step, and of its mean, per volt of ``V - R I - k_t w`` at its start
-    [A/V].
-    """
+    """Changes of current at the end of a step and in its mean per volt of ``V - R I - k_t w`` at its start [A/V]."""
     if inductance == 0.0:
         return 1.0 / resistance, 1.0 / resistance
     rate = -resistance * step / inductance

@@ -67,9 +67,7 @@ def twist_under(spring: Any, torque: Any) -> Any:
 
 @law
 def answer(spring: Any, twist: Any) -> tuple[Any, Any, Any]:
-    """Torque with the sign of a twist [N m], slope (at a bend that of the piece below) [N m/rad], and stored energy
-    [J].
-    """
+    """Torque with the sign of a twist [N m], slope (at a bend that of the piece below) [N m/rad], stored energy [J]."""
     size, change_1, change_2 = abs(twist), spring.slope_2 - spring.slope_1, spring.slope_3 - spring.slope_2
     above_1, above_2 = np.maximum(size - spring.bend_1, 0.0), np.maximum(size - spring.bend_2, 0.0)
     torque = spring.slope_1 * size + change_1 * above_1 + change_2 * above_2
@@ -116,9 +114,7 @@ KINKS = 7  # both flanks, the bends on both sides, and the points where a damped
 def touch(
     spring: Any, flanks: tuple[float, float], damping: float, twist: float, rate: float
 ) -> tuple[float, float, float]:
-    """Contact torque of two flanks, which push but never pull [N m], and its slopes over twist [N m/rad] and rate [N m
-    s/rad].
-    """
+    """Contact torque of two flanks that only push [N m], and its slopes over twist [N m/rad] and rate [N m s/rad]."""
     low, high = flanks
     if low == high:
         torque, slope, _ = answer(spring, twist - high)

@@ -8,9 +8,7 @@ from drivetrain.study.parts.mounting import run_apart, two_as_one
 
 
 def judged_to_run(evaluation: Evaluation) -> Evaluation:
-    """An evaluation as it is simulated: where two motors on one axis are alike, one motor of twice the size replaces
-    them.
-    """
+    """An evaluation as it is simulated: two motors on one axis that are alike become one of twice the size."""
     return evaluation if run_apart(evaluation.study, evaluation.mounted) else judged_as_one(evaluation)
 
 

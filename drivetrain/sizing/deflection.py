@@ -83,9 +83,7 @@ class TipDeflection:
 
     @property
     def worst_case(self) -> Array:
-        """Sum of the magnitudes of all contributions, which is the displacement if they had the same direction [m],
-        (N,).
-        """
+        """Sum of the magnitudes of all contributions: the displacement if they had the same direction [m], (N,)."""
         parts = np.concatenate([self.joints, self.links, self.backlash], axis=1)
         return np.asarray(np.linalg.norm(parts, axis=2).sum(axis=1))
 
@@ -231,9 +229,7 @@ def _base_wrenches(arm: Arm, motion: tuple[Array, Array, Array]) -> Array:
 
 
 def _bending(beam: Beam, moved: Array, passed: Array, leaving: Array, tips: Array) -> Array:
-    """Displacement of the tip by the bending of one beam, from wrenches about the base's origin in base axes, (N, 3)
-    [m].
-    """
+    """Tip displacement by the bending of one beam, from wrenches about the base's origin in base axes, (N, 3) [m]."""
     rotation = moved[:, :3, :3] @ beam.axes
     ends = [moved[:, :3, :3] @ point + moved[:, :3, 3] for point in (beam.start, beam.end)]
     local = []

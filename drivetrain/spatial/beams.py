@@ -174,7 +174,7 @@ def end_deflection(section: Section, length: float, start_wrench: Any, end_wrenc
         InputError: Wrong shapes, a NaN or infinity, or a length that is not positive.
     """
     length = checked_number(length, "length", "m", above=0.0)
-    first, last = same_batches(6, {"start_wrench": start_wrench, "end_wrench": end_wrench})
+    first, last = same_batches(start_wrench=start_wrench, end_wrench=end_wrench)
     result = np.zeros_like(first)
     for s, weight in zip(_POINTS, _WEIGHTS, strict=True):
         moment, axial = _section_load(first, last, length, float(s))

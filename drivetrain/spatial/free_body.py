@@ -55,7 +55,7 @@ def body_wrench(inertia: Any, twist: Any, acceleration: Any) -> Array:
     Reference: Modern Robotics, equation 8.40, and 8.43 for a frame that is not at the centre of mass.
     """
     matrix = _symmetric(inertia)
-    v, rate = same_batches(6, {"twist": twist, "acceleration": acceleration})
+    v, rate = same_batches(twist=twist, acceleration=acceleration)
     return like(rate @ matrix - dual_bracket(v, v @ matrix), twist)
 
 
@@ -77,7 +77,7 @@ def body_acceleration(inertia: Any, twist: Any, wrench: Any) -> Array:
     """
     matrix = _symmetric(inertia)
     scale, factor = _factor(matrix)
-    v, f = same_batches(6, {"twist": twist, "wrench": wrench})
+    v, f = same_batches(twist=twist, wrench=wrench)
     force = f + dual_bracket(v, v @ matrix)
     return like(cho_solve((factor, True), (force * scale).T).T * scale, twist)
 

@@ -34,7 +34,7 @@ def lie_bracket(first: Any, second: Any) -> Array:
 
     Reference: Modern Robotics, definition 8.3; exercise 8.5 for the identity.
     """
-    a, b = same_batches(6, {"first": first, "second": second})
+    a, b = same_batches(first=first, second=second)
     angular = np.cross(a[:, :3], b[:, :3])
     linear = np.cross(a[:, 3:], b[:, :3]) + np.cross(a[:, :3], b[:, 3:])
     return like(np.hstack([angular, linear]), first)
@@ -42,14 +42,14 @@ def lie_bracket(first: Any, second: Any) -> Array:
 
 def dual_bracket(twist: Any, wrench: Any) -> Array:
     """``bracket(twist).T @ wrench`` for a wrench in the moving frame; Modern Robotics, equation 8.39."""
-    v, f = same_batches(6, {"twist": twist, "wrench": wrench})
+    v, f = same_batches(twist=twist, wrench=wrench)
     moment = np.cross(f[:, :3], v[:, :3]) + np.cross(f[:, 3:], v[:, 3:])
     return like(np.hstack([moment, np.cross(f[:, 3:], v[:, :3])]), twist)
 
 
-def same_batches(width: int, named: dict[str, Any]) -> list[Array]:
-    """Arrays of one shape, (width,) or (N, width), as batches (N, width), with N = 1 for one sample."""
-    arrays = [batch(value, width, name) for name, value in named.items()]
+def same_batches(**named: Any) -> list[Array]:
+    """Twists or wrenches of one shape, (6,) or (N, 6), as batches (N, 6), with N = 1 for one sample."""
+    arrays = [batch(value, 6, name) for name, value in named.items()]
     lead, first = next(iter(named.items()))
     raise_faults(
         Fault(name, f"must have the shape of {lead}, {np.shape(first)}", f"shape {np.shape(value)}")

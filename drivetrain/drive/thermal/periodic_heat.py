@@ -149,9 +149,7 @@ def new_parts(count: int) -> Any:
 
 
 class Heat(NamedTuple):
-    """The periodic state; infinite temperatures in a runaway, where losses grow faster with temperature than the
-    cooling.
-    """
+    """The periodic state; infinite temperatures in a runaway: losses grow faster with temperature than cooling."""
 
     magnets: float  # temperature of the torque constant: the mean housing temperature [C]
     # Mean temperatures [C].
@@ -190,9 +188,7 @@ def copper_of(motor: Any, ambient: Any) -> Any:
 
 @law
 def per_torque(copper: Any, magnets: Any) -> Any:
-    """Copper loss at ambient temperature and its slope, over squared torque; infinite if the torque constant is not
-    positive.
-    """
+    """Copper loss at ambient and its slope, over squared torque; infinite if the torque constant is not positive."""
     constant = copper.constant * (1.0 + copper.coefficient * (magnets - copper.reference))
     if not (constant > 0.0 and magnets < np.inf):
         return np.inf, np.inf
@@ -534,9 +530,7 @@ def _settled(part: Any, rise: Any) -> None:
 
 @law
 def _all_moving(nodes: Any, periods: Any, losses: Any, cold: Any, slope: Any, parts: Any, shared: Any) -> Any:
-    """States of all parts with varying temperatures; the spectral radius of the last one, or of the first that runs
-    away.
-    """
+    """States of all parts with varying temperatures; spectral radius of the last, or of the first that runs away."""
     radius = np.inf
     for i in range(len(parts) if cold < np.inf else 0):
         radius = _moving(nodes, periods, losses, i, cold, slope, parts[i], shared)
@@ -767,9 +761,7 @@ def hottest_phase(nodes: Any, copper: Any, periods: Any, losses: Any, heat: Any,
 
 @law
 def quick_nodes(nodes: Any, time: Any) -> Any:
-    """The nodes with another time constant of the winding [s]; a single node is split by the assumed share of the
-    winding.
-    """
+    """The nodes with another winding time constant [s]; a single node is split by the assumed share of the winding."""
     inner = nodes.inner if nodes.inner > 0.0 else WINDING_SHARE * nodes.outer
     housing = nodes.housing if nodes.inner > 0.0 else nodes.winding
     return Nodes(inner, nodes.inner + nodes.outer - inner, time / inner, housing)

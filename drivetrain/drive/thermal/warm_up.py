@@ -102,9 +102,7 @@ def warm_up(
 def _repeated(
     nodes: Any, cold: float, slope: float, steps: Array, losses: Any, current: Array, loss: Array, rises: Array
 ) -> float:
-    """Fill the rises after each cycle, (K + 1, 2), until they are unbounded; return the winding's peak rise in the last
-    cycle.
-    """
+    """Fill the rises after each cycle, (K + 1, 2), until unbounded; return the winding's peak rise in the last one."""
     interval_means(current, loss, losses)
     count = len(steps)
     flow = flow_of(nodes, steps.sum(), cold, slope, 0.0)

@@ -394,9 +394,7 @@ def near_gears(
     setup: Setup, joint: int, motor: str, keys: Sequence[str], ratio: float,
     *, last: Callable[[str], bool] = lambda key: False,
 ) -> Iterator[tuple[NearGear, JointResult]]:  # fmt: skip
-    """Evaluate gears with a motor, ordered by their distance from a ratio; of ties, those for which ``last`` is true
-    come last.
-    """
+    """Evaluate gears with a motor, nearest to a ratio first; of ties, those for which ``last`` is true come last."""
     rows = setup.study.catalog.gears
     for key in sorted(keys, key=lambda key: (abs(math.log(abs(rows[key].ratio) / ratio)), last(key), key)):
         result = setup.with_keys(joint, motor, key).joint(joint)

@@ -287,9 +287,7 @@ class JointWork:
         )  # fmt: skip
 
     def _carrier(self, basis: tuple[JointBasis, ...], acceleration: Array) -> Array:
-        """Acceleration of the stator's link along the rotor's axis; ``acceleration``: of all joints in a motion, (N,
-        n).
-        """
+        """Acceleration of the stator's link along the rotor's axis; ``acceleration``: of all joints, (N, n)."""
         mount = self.work.study.joints[self.joint].mount
         at = seat(self.joint, mount)
         carrier = basis[at].bare.carrier_acceleration
@@ -314,9 +312,7 @@ class JointWork:
         return StopDemand(stops.first, stops.after, force, speed, acceleration, carrier)
 
     def _table_stop(self, speed: Array, acceleration: Array, torque: Array) -> StopDemand:
-        """Loads at the start of stops where a table gives torque and speed; the load inertia gives those of the
-        deceleration.
-        """
+        """Loads at the start of stops: torque and speed of a table, and the load inertia times the deceleration."""
         task, moving = self.work.study.joints[self.joint], np.flatnonzero(speed)
         if task.stop.ramp is None or task.load_inertia is None:
             return NO_STOP

@@ -190,9 +190,7 @@ def new_traces(samples: int, parts: int) -> Traces:
 
 
 def motion_of(demand: JointDemand) -> Motion:
-    """The motion of a joint; all arrays are contiguous, because numba compiles again for other layouts, which are also
-    slower.
-    """
+    """The motion of a joint; all arrays are contiguous: numba compiles again for other layouts, which are slower."""
     cycle, at_rest = demand.cycle, demand.at_rest
     speed = loss_speed(demand.speed, demand.acceleration, at_rest, parts=cycle.parts)
     edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
@@ -248,9 +246,7 @@ def is_loaded_by(work: Workload, joint: int, drive: int) -> bool:
 
 
 def _all_unit_loads(work: Workload, joint: int) -> UnitLoads:
-    """Load of a joint per unit of each load parameter of every drive of its basis, without wrenches; arrays not needed
-    are empty.
-    """
+    """Load of a joint per unit of each load parameter of its basis, without wrenches; arrays not needed are empty."""
     basis, task = work.basis[joint], work.study.joints[joint]
     nothing = np.zeros((len(basis.torque), 0))
     stop = nothing if task.stop.ramp is None or work.stops is None else work.stops.joints[joint].torque

@@ -181,9 +181,7 @@ def _drive_wrenches(
 
 @exact
 def _twist_per_turn(turns: Array, links: Any, twist: Array) -> None:
-    """Twist of the last of several links per unit speed of a shaft; ``turns``: turn of each joint per turn of the
-    shaft.
-    """
+    """Twist of the last of some links per unit speed of a shaft; ``turns``: turn of each joint per turn of it."""
     for r in range(6):
         for t in range(BLOCK):
             twist[r, t] = 0.0

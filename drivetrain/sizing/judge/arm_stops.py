@@ -127,9 +127,7 @@ class _Driven:
         return first, gear[:, 0], second, rotor[:, 0]
 
     def push(self, speed: Array, limit: Array, free: Any) -> Array:
-        """Torque that decelerates the rotors, at the gear output [N m], (S, n); ``free``: states without losses, (S,
-        1).
-        """
+        """Torque that brakes the rotors, at the gear output [N m], (S, n); ``free``: states without losses, (S, 1)."""
         parts = zip(self.meshes, self.shafts, self.drag, limit.T, speed.T, strict=True)
         lossy = np.column_stack([braking_push(*laws, 0.0, most, now, 0.0) for *laws, most, now in parts])
         return np.where(free, -np.sign(speed) * np.abs(self.ratio) * limit, lossy)

@@ -323,17 +323,13 @@ def stop_constant(case: Any) -> Any:
 
 
 def stop_current(stated: float | None, amplifier: Amplifier) -> float | None:
-    """Current with which a motor brakes in a stop [A]: the stated one, at most the amplifier's peak; None if
-    unknown.
-    """
+    """Current with which a motor brakes in a stop [A]: as stated, at most the amplifier's peak; None if unknown."""
     found = [one for one in (stated, amplifier.peak_current) if one is not None]
     return min(found, default=None)
 
 
 def overload_limits(amplifier: Amplifier) -> tuple[float, float]:
-    """Whether an amplifier's I2t overload is checked, and its limit: 1, or NaN if the duration of the peak current is
-    unknown.
-    """
+    """Whether an amplifier's I2t overload is checked, and its limit: 1, or NaN if the peak's duration is unknown."""
     printed = judges_overload(amplifier)
     return float(judges_overload(with_peak_time(amplifier))), 1.0 if printed else UNKNOWN
 

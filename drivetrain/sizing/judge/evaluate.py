@@ -265,9 +265,7 @@ def _shared(op: Operation) -> str:
 
 
 def shared_checks(study: Study, results: Mapping[str, JointResult], *, quick: bool = False) -> tuple[Check, ...]:
-    """The checks of all joints together. With ``quick``, stops of the whole arm are integrated only until their first
-    violation.
-    """
+    """The checks of all joints together; with ``quick``, stops of the arm are integrated until the first violation."""
     study, lacking = with_chosen(study, results), [name for name, one in results.items() if not one.torque_known]
     every = [result.series for result in results.values()]
     power = np.sum([(one.electrical_power, one.least_power) for one in every], axis=0)

@@ -100,9 +100,7 @@ def judge_cases(
     cases: Any, numbers: Any, checks: Any, series: JointSeries, amounts: Any, until: float, quick: bool, power: Any,
     used: Any, found: Any, binding: Any, lacking: Any,
 ) -> None:  # fmt: skip
-    """Evaluate a batch of cases at one joint. Each case stops after the stage in which a utilisation exceeds
-    ``until``.
-    """
+    """Evaluate cases at one joint; each stops after the stage in which a utilisation exceeds ``until``."""
     whole = series._replace(at_key_samples=None)
     if not quick or series.at_key_samples is None:
         judge_all(cases, numbers, checks, whole, amounts, until, quick, False, power, used, found, binding, lacking)
@@ -248,17 +246,13 @@ def set_stop(case: Any, motion: Any, torque: Any, inertia: Any, stop: Any, stops
 
 @law
 def unknown_torque(case: Any) -> Any:
-    """NaN if data that the motor torque depends on is missing, else 0. Added to a figure it marks the figure as
-    unknown.
-    """
+    """NaN if data of the motor torque is missing, else 0; added to a figure it marks the figure as unknown."""
     return 0.0 * (case.motor.rotor_inertia + case.gear.inertia) + unknown_loss(case.gear)
 
 
 @law(fastmath=FAST)
 def set_cold_start(case: Any, torque: Any) -> None:
-    """Set torque, current and voltage of a cold start: highest torque constant, lowest resistance, motor at
-    standstill.
-    """
+    """Set torque, current and voltage of a cold start: highest torque constant, lowest resistance, at standstill."""
     figures, cold = case.figures, case.setting.cold_start
     figures.cold_torque, figures.cold_current = torque, torque / abs(torque_constant(case.motor, cold))
     figures.cold_voltage = winding_resistance(case.motor, cold) * figures.cold_current * torque_factor(case.safety)
@@ -428,9 +422,7 @@ def overload_of(case: Any, phase: Any, periods: Any, torque: Any, grown: Any) ->
 
 @law(fastmath=FAST)
 def worst(case: Any, row: Any, checks: Any, stage: Any, used: Any, binding: Any, peaks: Any) -> Any:
-    """The largest utilisation so far and its check, after the checks of one more stage (with ``peaks``, of its peak
-    checks).
-    """
+    """The largest utilisation so far and its check, after one more stage (with ``peaks``, its peak checks)."""
     for i in range(len(checks)):
         check = checks[i]
         if check.stage == stage and (check.peak != 0 or not peaks):
@@ -465,9 +457,7 @@ def first_lacking(case: Any, row: Any, checks: Any, final: Any) -> Any:
 
 @law
 def applies(case: Any, row: Any, check: Any) -> Any:
-    """Whether a check applies to a drive: gear checks need a gear, bearing checks a joint that rests on the gear's
-    bearing.
-    """
+    """Whether a check applies: gear checks need a gear, bearing checks a joint that rests on the gear's bearing."""
     return row[check.applies] != 0.0 and (check.geared == 0 or case.direct == 0.0)
 
 
@@ -700,9 +690,7 @@ def excess_series(curve: Any, ratio: Any, speed: Any, excess: Any) -> None:
 
 @law(fastmath=FAST)
 def drag_series(mesh: Any, temperature: Any, speed: Any, powers: Any, drag: Any) -> None:
-    """Drag torque of the gear at a temperature [N m]. The powers of the speeds are kept for gears with the same
-    exponent.
-    """
+    """Drag torque of the gear at a temperature [N m]; powers of the speeds are kept for gears of the same exponent."""
     if powers.exponent[0] != mesh.exponent:
         powers.exponent[0] = mesh.exponent
         for t in range(len(speed)):

@@ -137,9 +137,7 @@ class Operation:
 
     @cached_property
     def tilting_moment(self) -> Array | None:
-        """Moment about the centre of the output bearing, at the more loaded side [N m], (N,); None if the loads are
-        unknown.
-        """
+        """Moment about the output bearing's centre, at the more loaded side [N m], (N,); None if unknown."""
         if self.demand.wrench is None:
             return None
         mx, my, _, fx, fy, _ = self.demand.wrench.T
@@ -194,9 +192,7 @@ class Operation:
         return largest
 
     def _voltage(self, magnets: float, winding: Array | float, more: float = 1.0) -> Array:
-        """Terminal voltage [V], (N,), with magnets and winding at given temperatures [C]; ``more``: factor on the
-        torque.
-        """
+        """Terminal voltage [V], (N,), for temperatures of magnets and winding [C]; ``more``: factor on the torque."""
         motion = self.judgement.series.motion
         current = more * self.judgement.series.traces.torque / torque_constant(self.drive.motor, magnets)
         steps = np.diff(current)
@@ -205,9 +201,7 @@ class Operation:
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
 
     def instant(self, series: str) -> float | None:
-        """Time at which a series of the drive or of its demand has its largest magnitude [s]; None if there is no
-        series.
-        """
+        """Time at which a series of the drive or its demand is largest in magnitude [s]; None if there is no series."""
         time = self.demand.time
         if series == "winding":
             if self.network is None or self.network.winding_capacity is None:

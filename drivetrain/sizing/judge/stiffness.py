@@ -78,9 +78,7 @@ def joint_travels(study: Study) -> Array:
 
 @lru_cache(maxsize=1)
 def tip_levers(study: Study) -> Array:
-    """Displacement of the tip per unit of each joint's motion, or of each motor shaft's where motors are coupled, (N,
-    n, 3).
-    """
+    """Tip displacement per unit of each joint's motion, or of each shaft's where motors are coupled, (N, n, 3)."""
     arm = study.arm
     assert arm is not None
     refuse_loops(arm, shared=True, closed=True)

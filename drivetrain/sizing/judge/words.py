@@ -422,9 +422,7 @@ def brake(op: Any, row: Any) -> Words:
 
 
 def inertia_ratio(op: Any, row: Any) -> Words:
-    """Words for the inertia ratio, with its range over the motion; the check is only informative if the study sets no
-    limit.
-    """
+    """Words for the inertia ratio, with its range over the motion; only informative if the study sets no limit."""
     inertia = op.demand.load_inertia
     if inertia is None:
         return Words("", "neither an arm nor the joint's load_inertia is given", silent=True)
@@ -490,9 +488,7 @@ def voltage(op: Any, row: Any) -> Words:
 
 
 def rms_current(op: Any, row: Any) -> Words:
-    """Words for the continuous current: the smaller one of nominal and thermal limit, and reasons why the RMS rule may
-    not apply.
-    """
+    """Words for the continuous current: the smaller of nominal and thermal limit, and why the RMS rule may fail."""
     limit = op.continuous_current
     if limit.value is None:
         return Words(limit.source, limit.source)

@@ -277,9 +277,7 @@ class JointCandidates:
         return [*priced] or [(0.0, None)]
 
     def use_amplifier(self, amplifier: Amplifier | None) -> None:
-        """Set the amplifier of the bounds; None: an envelope that permits whatever any of the task's amplifiers
-        permits.
-        """
+        """Set the amplifier of the bounds; None: an envelope that permits what any of the task's amplifiers permits."""
         if self.task.amplifiers:
             put_amplifier(self.records.template, amplifier or self.task.amplifier, self.task)
             # the envelope brakes hardest, but a real amplifier may brake less, so stops stay undecided
