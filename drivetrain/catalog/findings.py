@@ -108,9 +108,7 @@ def in_order(values: Values, *orders: tuple[Callable[..., Finding], str, str, st
 
 
 def slip(ratio: float) -> str:
-    """Message about the unit mistake whose factor is near ``ratio``; empty if there is none."""
+    """Message about the unit mistake whose factor is nearest to ``ratio``; empty if none is near."""
     size = max(abs(ratio), 1.0 / abs(ratio)) if ratio else 0.0
-    for factor, words in UNIT_SLIPS:
-        if size and abs(size / factor - 1.0) <= SLIP_TOLERANCE:
-            return f"about a factor {factor:.4g}: {words}?"
-    return ""
+    factor, words = min(UNIT_SLIPS, key=lambda known: abs(size / known[0] - 1.0))
+    return f"about a factor {factor:.4g}: {words}?" if abs(size / factor - 1.0) <= SLIP_TOLERANCE else ""

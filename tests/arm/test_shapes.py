@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import trimesh
+from scipy.spatial import ConvexHull
 
 from drivetrain.arm.files.load import load_arm
 from drivetrain.arm.files.shapes import CELLS, link_shapes
@@ -68,6 +69,8 @@ def test_they_are_where_pinocchio_puts_them(file):
         assert 0.5 * (inside.min(axis=0) + inside.max(axis=0)) == pytest.approx(np.zeros(3), abs=slack)
         a, b, c = np.moveaxis(inside[faces], 1, 0)  # all of them are convex: outwards is away from the middle
         assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a + b + c) > -1e-12).all()
+        volume = np.einsum("ij,ij->", np.cross(a, b), c) / 6.0  # closed: of a coarse mesh, with dents
+        assert volume == pytest.approx(ConvexHull(corners).volume, rel=0.05 if name == "lower" else 1e-9)
 
 
 def test_a_fine_mesh_becomes_coarse(file):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from drivetrain.catalog.findings import Severity, slip
+from drivetrain.catalog.findings import UNIT_SLIPS, Finding, Severity, slip
 from drivetrain.catalog.formats import TABLE
 from drivetrain.catalog.gear_rules import FAMILY, check_families, check_gear, exact_ratio
 from drivetrain.catalog.importers import import_rows
@@ -250,6 +250,120 @@ SOUND_STRAIN_WAVE: dict[str, Cell] = {
 def test_each_rule_of_losses_and_bearings(change: Mapping[str, Cell], column: str, severity: str) -> None:
     assert check_gear(SOUND_STRAIN_WAVE) == []
     assert (column, severity) in {(f.column, f.severity.value) for f in check_gear({**SOUND_STRAIN_WAVE, **change})}
+
+
+# The last value without a finding, written out: row, column varied, border, whether larger values are worse,
+# severity of the finding, part of its message, value that it predicts.
+KT, RESISTANCE = 0.0302, 0.299
+COPPER, THERMAL = 1.0 + 0.0039 * 130.0, 1.93 + 4.65  # R at 155 C over R at 25 C; K/W
+LASTING = math.sqrt(130.0 / (RESISTANCE * COPPER * THERMAL))  # A
+LUMPED = {
+    name: value for name, value in RE40.items()
+    if name not in ("resistance_winding_housing", "resistance_housing_ambient")
+} | {"resistance_winding_ambient": THERMAL}  # fmt: skip
+COOLER = {**LUMPED, "reference_temperature": 20.0}  # its resistance is printed at 20 C
+COOL = LASTING * math.sqrt(COPPER / (1.0 + 0.0039 * 135.0))
+WHOLE = 0.48 * 0.02**2  # kg m^2, all mass at the outer radius
+SINGLE = {
+    name: value for name, value in SOUND_GEAR.items() if name not in ("ratio_exact", "efficiency", "no_load_torque")
+}
+BORDERS = [
+    (RE40, "no_load_speed", 1.1 * (24.0 - RESISTANCE * 0.137) / KT, True, "error", "(V - R I0)/kt",
+     (24.0 - RESISTANCE * 0.137) / KT),
+    ({**RE40, "no_load_current": None}, "no_load_speed", 0.9 * 24.0 / KT, False, "error", "(V - R I0)",
+     24.0 / KT),
+    (RE40, "speed_constant", 0.9 / KT, False, "error", "1/kt", 1.0 / KT),
+    (RE40, "nominal_current", 1.15 * LASTING, True, "warning", "heats", LASTING),
+    (LUMPED, "nominal_current", 1.15 * LASTING, True, "warning", "heats", LASTING),
+    ({**LUMPED, "resistance_winding_housing": 1.93}, "nominal_current", 1.15 * LASTING, True, "warning", "heats",
+     LASTING),
+    ({**LUMPED, "resistance_housing_ambient": 4.65}, "nominal_current", 1.15 * LASTING, True, "warning", "heats",
+     LASTING),
+    (COOLER, "nominal_current", 1.15 * COOL, True, "warning", "heats", COOL),
+    (RE40, "nominal_current", 80.2, True, "error", "stall current", None),
+    (RE40, "inductance", 1e-6 * RESISTANCE, False, "error", "L/R", None),
+    (RE40, "inductance", 2e-2 * RESISTANCE, True, "error", "L/R", None),
+    (RE40, "rotor_inertia", 1e-4 * KT**2 / RESISTANCE, False, "error", "R J/kt^2", None),
+    (RE40, "rotor_inertia", 0.5 * KT**2 / RESISTANCE, True, "error", "R J/kt^2", None),
+    (RE40, "rotor_inertia", WHOLE, True, "error", "whole mass", 0.5 * WHOLE),
+    (RE40, "rotor_inertia", 0.5 * WHOLE, True, "warning", "0.5 of mass", None),
+    (RE40, "rotor_inertia", 2e-3 * WHOLE, False, "warning", "0.002 of mass", None),
+    (SOUND_GEAR, "continuous_torque", 0.9 * (1.0 + 1e-6), True, "error", "repeated peak", None),
+    ({**SOUND_GEAR, "ratcheting_torque": 2.0}, "ratcheting_torque", 1.5, False, "error",
+     "momentary", None),
+    ({**SOUND_GEAR, "buckling_torque": 2.0}, "buckling_torque", 1.5, False, "error", "momentary", None),
+    (SOUND_GEAR, "no_load_torque", 0.6 / 20.25, True, "error", "at the input", None),
+    ({**SOUND_GEAR, "size": 25.0}, "pitch_diameter", 1.05 * 2.5 * 0.0254, True, "warning", "+5.0 %",
+     0.0635),
+    ({**SOUND_GEAR, "size": 25.0}, "pitch_diameter", 0.95 * 2.5 * 0.0254, False, "warning", "-5.0 %",
+     0.0635),
+    (SINGLE, "ratio", 2.0**2, False, "warning", "makes 2 a stage", None),
+    (SINGLE, "ratio", 12.0**2, True, "warning", "makes 12 a stage", None),
+    ({**SINGLE, "kind": "spur", "stages": 3.0}, "ratio", 1.1**3, False, "warning", "makes 1.1 a stage", None),
+    ({**SINGLE, "stages": None}, "ratio", 1.0, False, "warning", "faster than the motor", None),
+    (SOUND_GEAR, "efficiency", 0.65**2, False, "warning", "0.65 a stage", None),
+    (SOUND_GEAR, "efficiency", 0.99**2, True, "warning", "0.99 a stage", None),
+    (SOUND_GEAR, "ratio", 1.1 * 20.25, True, "error", "+10.0 % from the fraction", 20.25),
+    (SOUND_GEAR, "ratio", 0.9 * 20.25, False, "error", "-10.0 % from the fraction", 20.25),
+    (SOUND_GEAR, "ratio", 1.025 * 20.25, True, "warning", "+2.5 % from the fraction", 20.25),
+    ({**SOUND_GEAR, "ratio_exact": "8", "ratio": 8.0}, "ratio", 8.5, True, "warning", "+6.3 %", 8.0),
+    (SOUND_STRAIN_WAVE, "back_driving_torque", 1.3 * 1.05 * 100.0 * 0.0295, True, "warning",
+     "1.05 times", 1.05 * 100.0 * 0.0295),
+    (SOUND_STRAIN_WAVE, "back_driving_torque", 0.7 * 1.05 * 100.0 * 0.0295, False, "warning",
+     "1.05 times", 1.05 * 100.0 * 0.0295),
+    (SOUND_STRAIN_WAVE, "drag_torque", 0.31, True, "error", "at the input", None),
+    (SOUND_STRAIN_WAVE, "starting_torque", 0.31, True, "error", "at the input", None),
+    ({**SOUND_STRAIN_WAVE, "efficiency": 0.8}, "mesh_efficiency", 0.8, False, "error", "counts the drag",
+     None),
+    (SOUND_STRAIN_WAVE, "drag_temperature_1", 2.0 * 0.00037 * 20.0, False, "warning", "thins", None),
+    ({**SOUND_STRAIN_WAVE, "drag_temperature_2": -0.00037}, "drag_temperature_1", 2.0 * 0.00037 * 30.0, False,
+     "warning", "thins", None),
+    (SOUND_STRAIN_WAVE, "bearing_static_rating", 0.3 * 5290.0, False, "warning", "usual", None),
+    (SOUND_STRAIN_WAVE, "bearing_static_rating", 5.0 * 5290.0, True, "warning", "usual", None),
+    (SOUND_STRAIN_WAVE, "tilting_moment_limit", 7550.0 * 0.5 * 0.0425, True, "error", "by itself",
+     7550.0 * 0.5 * 0.0425),
+    (SOUND_STRAIN_WAVE, "axial_load_limit", 7550.0 / 0.44, True, "error", "by itself", 7550.0 / 0.44),
+    (SOUND_STRAIN_WAVE, "radial_load_limit", 7550.0, True, "error", "by itself", 7550.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("row", "varied", "border", "upward", "severity", "word", "predicted"), BORDERS)
+def test_a_rule_begins_where_it_says(
+    row: Mapping[str, Cell], varied: str, border: float, upward: bool, severity: str, word: str,
+    predicted: float | None,
+) -> None:  # fmt: skip
+    """A value on the good side of its border has no such finding, one on the other side has it."""
+    check = check_motor if "torque_constant" in row else check_gear
+
+    def found(value: float, sign: float) -> list[Finding]:
+        cells = {**row, varied: value}
+        turned = {name: sign * cells[name] for name in ("ratio",) if name in cells}  # type: ignore[operator]
+        every = check({**cells, **turned})
+        return [one for one in every if (one.column, one.severity.value) == (varied, severity) and word in one.problem]
+
+    outward = 1e-7 if upward else -1e-7  # much less than the rounding that the rules allow
+    for sign in (1.0, -1.0):  # of the gear's ratio
+        assert not found(border * (1.0 - outward), sign)
+        [one] = found(border * (1.0 + outward), sign)
+        seen = one.predicted if one.predicted is None or varied != "ratio" else sign * one.predicted
+        assert seen == (None if predicted is None else pytest.approx(predicted, rel=1e-12))
+
+
+def test_a_contradiction_names_the_unit_mistake_that_explains_it() -> None:
+    [speed] = [f for f in check_motor({**RE40, "no_load_speed": 60 / (2 * math.pi) * 793.776}) if "R I0" in f.problem]
+    assert speed.problem.endswith("from (V - R I0)/kt; about a factor 9.549: rpm against rad/s?")
+    [torque] = [f for f in check_gear({**SOUND_GEAR, "continuous_torque": 9.0}) if f.column == "continuous_torque"]
+    assert torque.problem.endswith(
+        "the repeated peak torque; about a factor 10: a power of ten, such as N cm against mN m?"
+    )
+
+
+def test_each_unit_mistake_is_named_within_three_percent() -> None:
+    for factor, words in UNIT_SLIPS:
+        assert slip(factor * 1.0001) == slip(-1.0 / factor) == f"about a factor {factor:.4g}: {words}?"
+        assert slip(factor * 1.0299) and slip(factor * 0.9701)
+    assert slip(1000.0 * 1.0301) == slip(1000.0 * 0.9699) == ""
+    assert slip(0.0) == ""
 
 
 def test_an_inverted_ratio_is_unusual() -> None:

@@ -144,19 +144,32 @@ def test_what_saturation_costs_is_what_the_missing_torque_would_accelerate(lossy
     assert over.any() and not rows[["over torque", "over voltage"]].any().any()
     assert (rows["lost acceleration [rad/s^2]"].to_numpy() != 0.0)[over].all()
     assert not rows["lost acceleration [rad/s^2]"].to_numpy()[~over].any()
-    # The other way round: with that much less acceleration the joint asks for just the limit.
-    series, lost = joint.series, rows["lost acceleration [rad/s^2]"].to_numpy()
-    constant = (series.motor_torque / series.current)[0]
+    asked = torque_with_less_acceleration(joint, rows["lost acceleration [rad/s^2]"].to_numpy())
+    constant = (joint.series.motor_torque / joint.series.current)[0]
+    np.testing.assert_allclose(np.abs(asked[over] / constant), limit, rtol=1e-9)
+
+
+def torque_with_less_acceleration(joint, lost):
+    """The torque that a joint of ``lossy`` asks of its motor with that much less acceleration at its output [N m]."""
+    series = joint.series
     power = np.sign(series.gear_torque * series.speed)
     factor = np.where(power > 0, 1.0 / 0.8, 0.75)  # of a printed efficiency of 0.8: 1/eta driving, 2 - 1/eta driven
     share = 0.02 * 50.0 / 20.0  # no-load torque, counted apart from the mesh
     factor = np.where(power > 0, factor - share, factor + share)
-    asked = series.motor_torque - (50.0 * drive_inertia(joint.drive) + factor / 50.0 * series.load_inertia) * lost
-    np.testing.assert_allclose(np.abs(asked[over] / constant), limit, rtol=1e-9)
+    return series.motor_torque - (50.0 * drive_inertia(joint.drive) + factor / 50.0 * series.load_inertia) * lost
 
 
 def test_too_little_voltage_costs_acceleration_too(lossy):
-    table = current_commands(evaluate(replace(lossy, supply=Supply(4.0))))
+    """With that much less acceleration the remaining current needs just the available voltage, at the same speed."""
+    found = evaluate(replace(lossy, supply=Supply(4.0)))
+    table = current_commands(found)
+    for name, joint in found.joints.items():
+        rows, series = table[table["joint"] == name], joint.series
+        over, constant = rows["over voltage"].to_numpy(), (series.motor_torque / series.current)[0]
+        asked = torque_with_less_acceleration(joint, rows["lost acceleration [rad/s^2]"].to_numpy())
+        resistance = 0.3 * (1.0 + 0.0039 * (series.winding_temperature - 25.0))
+        volts = series.voltage - resistance * (series.current - asked / constant)
+        np.testing.assert_allclose(np.abs(volts[over]), 0.95 * 4.0, rtol=1e-9)
     assert table["over voltage"].any() and not table["over current"].any()
     np.testing.assert_array_equal(table["over voltage"], table["voltage [V]"].abs() > 0.95 * 4.0)
     assert ((table["lost acceleration [rad/s^2]"] != 0.0) == table["over voltage"]).all()

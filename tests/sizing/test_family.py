@@ -106,6 +106,7 @@ def test_a_first_answer_comes_however_short_the_time(make):
     early = [(best, first) for best, first in found if first.drives]
     assert len(early) > 1 and not all(first.proven for _, first in early)
     assert all(first.objective >= best.objective - 1e-9 for best, first in early)
+    assert all(first.bound <= best.objective + 1e-9 for best, first in found if best.drives)
 
 
 def test_some_members_bind_where_the_first_would_not(make):

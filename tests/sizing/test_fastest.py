@@ -169,5 +169,23 @@ def test_moves_are_timed_within_where_no_heat_binds(study: Study, tmp_path: Path
     assert way == pytest.approx(cycle.position[1:] - cycle.position[0], abs=1e-3)
     gained = np.cumsum(0.5 * step * (cycle.acceleration[1:] + cycle.acceleration[:-1]), axis=0)
     assert gained == pytest.approx(cycle.velocity[1:], abs=0.01 * np.abs(cycle.velocity).max())
+    again = moves_of(cycle)  # rests and moves remain what they were, each with its samples at rest
+    assert [cycle.segment_names[cycle.segment[move.start + 1]] for move in again] == ["there", "back"]
+    assert cycle.parts == (slice(0, len(cycle.time)),)
+    calm = ~(cycle.velocity.any(axis=1) | cycle.acceleration.any(axis=1))
+    for edge in (edge for move in again for edge in (move.start, move.stop - 1)):
+        assert calm[np.abs(cycle.time - cycle.time[edge]) < 1e-12].any()
+    for move in again:  # nor does any joint turn back
+        steps = np.diff(cycle.position[move], axis=0)
+        assert (steps * np.sign(steps.sum(axis=0)) >= -1e-12).all()
+    assert [one.start for one in quick.moves] == pytest.approx([float(cycle.time[move.start]) for move in again])
+    lasts = [float(cycle.time[move.stop - 1] - cycle.time[move.start]) for move in again]
+    assert [one.after for one in quick.moves] == pytest.approx(lasts)
+    assert quick.duration == pytest.approx(rests + sum(lasts), rel=1e-9)
+    for move in quick.moves:  # the limit that binds is nearly used up, at an instant of its move
+        checks = quick.evaluation.joints[move.place].checks
+        [binding] = [one for one in checks if one.name == move.check]
+        assert 0.9 < (binding.utilisation or 0.0) <= 1.0
+        assert move.start <= move.time <= move.start + move.after
     worst = {move.check for move in quick.moves}
     assert worst <= {"motor voltage", "gear repeated peak torque", "amplifier peak current", "motor peak torque"}

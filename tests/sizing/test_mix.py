@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,6 +98,29 @@ def test_no_current_is_differentiated_across_the_joint(study, drives):
     assert np.abs(rate).max() < 1e-14 * 5.0 * np.abs(at).max() + 1e-300
     table = current_commands(evaluate(task, drives))
     assert len(table) == len(task.cycle.time)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rates_of_change_are_the_mean_slope_of_the_sides_that_do_not_step(seed):
+    """At every sample: where time, direction, payload and part of a mix stay, the slope counts, else the other side."""
+    rng, samples = np.random.default_rng(seed), 14
+    time = np.cumsum(rng.choice([0.0, 0.1, 0.3], samples, p=[0.2, 0.4, 0.4]))
+    payload, speed = rng.choice([0, 0, 0, 1, -1], samples), rng.choice([1.0, 1.0, 2.0, -1.0], samples)
+    at_rest, part = rng.random(samples) < 0.2, np.repeat([0, 1], [5, samples - 5])
+    demand = SimpleNamespace(
+        time=time, payload=payload, speed=np.where(at_rest, 1e-12, speed), at_rest=at_rest,
+        cycle=SimpleNamespace(parts=(slice(0, 5), slice(5, samples))),
+    )  # fmt: skip
+    current, way = rng.normal(size=samples), np.where(at_rest, 0.0, np.sign(speed))
+    before, at, after = difference_factors(demand)
+    found = before * np.append(0.0, current[:-1]) + at * current + after * np.append(current[1:], 0.0)
+    for i in range(samples):
+        slopes = [
+            (current[k + 1] - current[k]) / (time[k + 1] - time[k]) for k in (i - 1, i)
+            if 0 <= k < samples - 1 and time[k + 1] > time[k] and way[k + 1] == way[k]
+            and payload[k + 1] == payload[k] and part[k + 1] == part[k]
+        ]  # fmt: skip
+        assert found[i] == pytest.approx(np.mean(slopes or [0.0]), rel=1e-12, abs=1e-13)
 
 
 def test_energy_is_that_of_the_mean_use(study, drives):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from drivetrain.errors import InputError
-from drivetrain.study.document import read_document, spelled
+from drivetrain.study.document import place_of, read_document, spelled
 
 
 def write(folder: Path, text: str) -> Path:
@@ -73,3 +73,13 @@ def test_a_missing_file_and_bytes_that_are_no_text_are_told(tmp_path: Path) -> N
 def test_places_are_spelled_as_paths() -> None:
     assert spelled(("motions", "pick", "waypoints", 2, 0)) == "motions.pick.waypoints[2][0]"
     assert spelled(()) == "the file"
+
+
+def test_a_text_names_a_place(tmp_path: Path) -> None:
+    study = read_document(write(tmp_path, "cycle: [{motion: a}, {dwell: 1 s}]\nsupply: {voltage: 48 V}\n"))
+    assert place_of(study, "cycle.1.dwell") == ("cycle", 1, "dwell")
+    assert place_of(study, "cycle.0.payload") == ("cycle", 0, "payload")  # the last name may be new
+    assert place_of(study, "supply.voltage") == ("supply", "voltage")
+    for text in ("cycle.2", "cycle.x", "cycle.-1.dwell", "supply.voltage.unit", "suply.voltage"):
+        with pytest.raises(InputError, match="has no entry"):
+            place_of(study, text)

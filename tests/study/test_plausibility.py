@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -178,6 +180,77 @@ def test_a_robot_file(load: Any, folder: Path, spoiled: dict[str, str], words: l
     found = doubts(load({"arm": "two.urdf"}))
     assert len(found) == bool(words)
     assert all(word in found[0] and "study.yaml:" in found[0] for word in words), found
+
+
+# What is varied, its border written out, whether larger values are doubted, and a word of the warning.
+SOLID = (4.0 / 3.0 * math.pi) ** 0.4 * 2.5**0.6 * 0.01**0.6  # kg^(3/5) m^(6/5) of a ball: m = (density SOLID^2.5)^0.4
+QUINTIC = 15.0 / 8.0  # largest speed over mean speed
+BORDERS: dict[str, tuple[Callable[[float], dict[str, Any]], float, bool, str]] = {
+    "cold": (lambda v: {"ambient": f"{v!r} degC"}, -90.0, False, "was °C meant?"),
+    "hot": (lambda v: {"ambient": f"{v!r} degC"}, 150.0, True, "was K meant?"),
+    **{
+        name: (lambda v, name=name: {"safety": {name: v}}, 1.0, False, f"safety.{name}: a factor of 0.999999")
+        for name in ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake")
+    },
+    "amplifier": (
+        lambda v: {"amplifier": {"current_basis": "dc", "continuous_current": "20 A", "peak_current": f"{v!r} A"}},
+        20.0, False, "amplifier.peak_current: is below",
+    ),
+    "com": (
+        lambda v: {"payloads.part": {"mass": "2 kg", "com": [f"{0.6 * v!r} m", "0 m", f"{-0.8 * v!r} m"]}},
+        3.0, True, "payloads.part.com",
+    ),
+    "payload": (lambda v: {"payloads.part": {"mass": f"{v!r} kg"}}, 20.0 * 3.0, True, "20 times the 3 kg"),
+    "dense": (
+        lambda v: {"payloads.part": {"mass": f"{v!r} kg", "inertia": dict.fromkeys(INERTIA, "1e-8 kg m^2")}},
+        1e8**0.4 * SOLID * 1e-6**0.6, True, "denser than any metal",
+    ),
+    "light": (
+        lambda v: {"payloads.part": {"mass": f"{v!r} kg", "inertia": dict.fromkeys(INERTIA, "1 kg m^2")}},
+        1e-3**0.4 * SOLID * 100.0**0.6, False, "lighter than air",
+    ),
+    "angle": (lambda v: moved("rad", [1.0, -v]), 4.0 * math.pi, True, "joint_2 at -12.57 rad, -2 turns"),
+    "fast": (
+        lambda v: moved("rad", [0.0, 5.0], durations=[f"{5.0 * QUINTIC / v!r} s"] * 2), 50.0, True,
+        "joint_2 reaches 50 rad/s, 477.5 rpm",
+    ),
+    "offset": (lambda v: {"joints.joint_2.mount": {"offset": f"{-v!r} m"}}, 3.0, True, "drive sits -3 m"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BORDERS)
+def test_each_bound_is_where_it_says(load: Any, name: str) -> None:
+    changes, border, upward, word = BORDERS[name]
+    outward = 1e-6 if upward else -1e-6
+    outward *= math.copysign(1.0, border)
+    assert doubts(load(changes(border * (1.0 - outward)))) == []
+    [found] = doubts(load(changes(border * (1.0 + outward))))
+    assert word in found
+
+
+@pytest.mark.parametrize(
+    ("given", "name", "border", "word"),
+    [
+        ({}, "com", 3.0, "more than 3 m"),
+        ({"length": 0.2}, "com", 2.0, "more than 2 m"),
+        ({"length": 0.05}, "com", 1.0, "more than 1 m"),
+        ({}, "length", 10.0, "10 m long, more than 10 m"),
+    ],
+)
+def test_each_bound_of_a_link_is_where_it_says(
+    load: Any, folder: Path, given: dict[str, float], name: str, border: float, word: str
+) -> None:
+    for share, count in ((1.0 - 1e-6, 0), (1.0 + 1e-6, 1)):
+        text = ROBOT.format(**{"com": 0.25, "length": 0.4, "turn": 6.2} | given | {name: border * share})
+        (folder / "two.urdf").write_text(text, encoding="utf-8")
+        found = doubts(load({"arm": "two.urdf"}))
+        assert len(found) == count and all(word in note for note in found)
+
+
+@pytest.mark.parametrize(("turn", "count"), [(39.0, 0), (40.0, 1), (719.5, 0), (720.0, 1), (721.0, 0)])
+def test_whole_numbers_are_ranges_in_degrees(load: Any, folder: Path, turn: float, count: int) -> None:
+    (folder / "two.urdf").write_text(ROBOT.format(com=0.25, length=0.4, turn=turn), encoding="utf-8")
+    assert len(doubts(load({"arm": "two.urdf"}))) == count
 
 
 def test_degrees_beyond_a_joints_range_stay_a_fault_that_names_the_unit(load: Any, folder: Path) -> None:

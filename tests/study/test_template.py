@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,13 @@ def test_every_arm_gets_a_study_that_ends_in_a_verdict(tmp_path: Path, kind: str
     assert len({note.split(": ", 1)[-1] for note in study.notes}) == len(study.notes)  # nothing is said twice
     assert np.ptp(position, axis=0).min() > 0.0
     assert (position >= study.arm.lower - 1e-9).all() and (position <= study.arm.upper + 1e-9).all()
+    lower, upper = study.arm.lower, study.arm.upper  # the middle of the range, and a swing of 40 degrees or 0.1 m
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    middle = 0.5 * (np.where(bounded, lower, 0.0) + np.where(bounded, upper, 0.0))
+    swing = np.minimum(np.where(study.arm.slides, 0.1, np.radians(40.0)), 0.8 * (upper - lower))
+    rounding = 1.01 * np.where(study.arm.slides, 0.5e-3, np.radians(0.05))
+    assert (np.abs(0.5 * (position.min(axis=0) + position.max(axis=0)) - middle) <= rounding).all()
+    assert (np.abs(np.ptp(position, axis=0) - swing) <= 2.0 * rounding).all()
     known = np.isfinite(study.arm.speed_limits) & (study.arm.speed_limits > 0.0)
     assert (speed[known] <= study.arm.speed_limits[known] * (1.0 + 1e-9)).all()
 
@@ -115,6 +123,21 @@ def test_the_tip_of_several_chains(tmp_path: Path) -> None:
     assert "\ntip: right_shank # this link" in asked and "right_hip" in asked
     with pytest.raises(InputError, match="no such link"):
         study_template(str(file), tip="tail")
+
+
+@pytest.mark.parametrize(("shared", "tip"), [(1, "left3"), (2, "chest2"), (3, "chest3")])
+def test_the_tip_of_two_arms_is_the_longer_arm_or_their_chest(tmp_path: Path, shared: int, tip: str) -> None:
+    """The chest, if at least half of the longer chain moves it: 2 of 4 joints or 3 of 5, but not 1 of 4."""
+    longer = 3 if shared == 1 else 2
+    names = ["base", *(f"chest{i + 1}" for i in range(shared))]
+    chains = [names, [names[-1], *(f"left{i + 1}" for i in range(longer))], [names[-1], "right1"]]
+    parts = [link("base", 1)]
+    for chain in chains:
+        for parent, child in pairwise(chain):
+            parts += [link(child, 1), joint(f"to {child}", "continuous", f"{parent} {child}", "0 0 0.2", "0 1 0")]
+    file = tmp_path / "two.urdf"
+    file.write_text(f'<robot name="two">{"".join(parts)}</robot>', encoding="utf-8")
+    assert f"\ntip: {tip} " in study_template(str(file))
 
 
 def test_a_slide_has_a_screw_and_no_gear(tmp_path: Path) -> None:

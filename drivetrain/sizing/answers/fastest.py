@@ -262,10 +262,9 @@ def _move_path(cycle: Cycle, move: slice) -> _MovePath:
     places = np.concatenate([[0.0], np.cumsum(chords)]) / chords.sum()
     kept = [0]
     for i, place in enumerate(places):
-        if place - places[kept[-1]] > MIN_SPACING and (1.0 - place > MIN_SPACING or i == len(places) - 1):
+        if place - places[kept[-1]] > MIN_SPACING and 1.0 - place > MIN_SPACING:
             kept.append(i)
-    if kept[-1] != len(places) - 1:
-        kept.append(len(places) - 1)
+    kept.append(len(places) - 1)
     spline = CubicSpline(places[kept], positions[kept])
     grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, PATH_INTERVALS + 1)))  # finer at both ends
     sample = move.start + np.clip(np.searchsorted(places, grid), 1, len(places) - 1)
