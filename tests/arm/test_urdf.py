@@ -159,6 +159,16 @@ def test_quaternions_agree_with_pinocchio(tmp_path: Path) -> None:
     assert_same_as_pinocchio(load_arm(path), path, "b")
 
 
+@pytest.mark.parametrize("left_out", ['xyz="0 0 0"', 'rpy="0 0 0"'])
+def test_what_an_origin_leaves_out_is_zero(tmp_path: Path, left_out: str) -> None:
+    place = {'xyz="0 0 0"': ('rpy="0.3 0.2 0.1"', 'quat_xyzw="0.5 0.5 0.5 0.5"'), 'rpy="0 0 0"': ('xyz="0.3 0.2 0.1"',)}
+    for stated in place[left_out]:
+        whole = written(tmp_path, chain(joint=f"{TURN}<origin {left_out} {stated}/>"))
+        part = written(tmp_path, chain(joint=f"{TURN}<origin {stated}/>"), "part.urdf")
+        np.testing.assert_array_equal(load_arm(whole).home, load_arm(part).home)
+        np.testing.assert_array_equal(load_arm(whole).screws, load_arm(part).screws)
+
+
 def test_axis_is_made_unit_and_gravity_can_be_chosen(tmp_path: Path) -> None:
     arm = load_arm(written(tmp_path, chain()), gravity=[0, 9.81, 0])
     assert arm.screws[0].tolist() == [0, 0, 1, 0, 0, 0]

@@ -178,7 +178,8 @@ def test_a_ratio_may_be_negative_but_not_zero_and_stages_are_whole(tmp_path: Pat
 
 
 def test_an_empty_file_and_one_that_is_not_text(tmp_path: Path) -> None:
-    assert "header row" in table(tmp_path, "\n\n").faults[0].problem
+    [fault] = table(tmp_path, "\n\n").faults
+    assert "header row" in fault.problem and fault.line == 1
     (tmp_path / "table.csv").write_bytes(b"key\xff\xfe,kind\n")
     with pytest.raises(InputError, match="UTF-8"):
         read_table(tmp_path / "table.csv", MOTOR_COLUMNS)

@@ -198,6 +198,17 @@ def test_a_prismatic_joint_needs_its_travel_a_turn(load: Any, folder: Path) -> N
     study = load(entries)
     assert study.joints[0].travel_per_turn == pytest.approx(0.01 / (2.0 * math.pi))
     assert study.cycle.position.max() == pytest.approx(0.1)
+    screw = {"stages": [{"type": "screw", "lead": "10 mm/rev", "efficiency": "90 %"}]}
+    entries["joints"] = {"default": {"candidates": {}, **screw}}
+    assert load(entries).joints[0].travel_per_turn == pytest.approx(0.01 / (2.0 * math.pi))
+    entries["joints"]["default"]["travel_per_turn"] = "10 mm/rev"  # said twice
+    with pytest.raises(InputError, match="stages: say what the joint travels: travel_per_turn is then not needed"):
+        load(entries)
+    with pytest.raises(InputError, match="stages: contain a sliding one, but the joint turns"):
+        load({"joints": {"default": {"candidates": {}, **screw}}})
+    with pytest.raises(InputError, match=r"joint_2\.travel_per_turn: applies only to a prismatic joint"):
+        load({"joints.joint_2": {"travel_per_turn": "10 mm/rev"}})
+    assert load({"joints.default": {"candidates": {}, "travel_per_turn": "10 mm/rev"}})  # for those that slide
 
 
 def test_the_studys_assumption_replaces_the_shipped_one_as_a_whole(load: Any) -> None:
