@@ -393,7 +393,7 @@ def _travel(around: Surroundings, index: int, form: JointForm, place: Place, cha
         joint = around.arm.joint_names[index]
         hint = f"joint {joint} is prismatic: such as 10 mm/rev, or a screw, belt or rack under `stages`"
         around.ledger.fault((*place, "travel_per_turn"), problem, hint=hint)
-    stated = given(around.form.joints[place[1]], "travel_per_turn")  # the default is for those joints that slide
+    stated = given(around.form.joints[str(place[1])], "travel_per_turn")  # the default is for those joints that slide
     if stated and not slides and place[1] != DEFAULT:
         around.ledger.fault((*place, "travel_per_turn"), "applies only to a prismatic joint of an arm")
     return travel if slides else None
