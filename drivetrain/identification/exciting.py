@@ -55,6 +55,8 @@ def exciting_motion(
     if harmonics < 2 or candidates < 1 or duration * rate < 10 * harmonics:
         problem = "needs 2 harmonics, 1 candidate, and 10 samples a harmonic"
         raise InputError(Fault("exciting_motion", problem, [harmonics, candidates, duration * rate]))
+    if seed < 0:
+        raise InputError(Fault("seed", "must not be negative", seed))
     low, high, speed = _limits(arm)
     time = np.arange(round(duration * rate) + 1) / rate
     omega = 2.0 * np.pi / duration * np.arange(1.0, harmonics + 1.0, dtype=np.float64)

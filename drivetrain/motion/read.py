@@ -83,7 +83,7 @@ def read_motion(
         blocks.append(rows)
         ways.append(how)
     raise_faults(faults)
-    notes += _unit_notes(found.found, joints)
+    notes += unit_notes(found.found, joints)
     title = name or Path(table.file).stem
     head = f"{title}: {len(time)} samples{_origin(table)}, {time[-1] - time[0]:.4g} s"
     position, velocity, acceleration = np.stack(blocks, axis=2)
@@ -250,7 +250,7 @@ def _consistency(
     return warnings
 
 
-def _unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> Iterator[str]:
+def unit_notes(found: dict[tuple[str, str], Found], joints: tuple[str, ...]) -> Iterator[str]:
     """Warnings about units that the size of the values makes implausible."""
     in_degrees = []
     for joint in joints:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
-from drivetrain.errors import Fault, InputError, nearest
+from drivetrain.errors import Fault, InputError, nearest, raise_faults
+from drivetrain.motion import checks
 from drivetrain.motion.foreign import BAGS, joint_states, matlab_arrays
-from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY
+from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY, unit_notes
+from drivetrain.motion.smoothing import detected_resolution
 from drivetrain.motion.table import TIME as NAMES_OF_TIME
 from drivetrain.motion.table import Column, Kind, Table, assigned_columns, read_table
-from drivetrain.units import split_header
+from drivetrain.units import factor, split_header
 from drivetrain.whole_files import is_there
 
 TORQUE = Kind("torque", ("torque", "tau", "effort"), ("N m", "N"), needed=False)
@@ -25,6 +28,10 @@ RATES = (VELOCITY, ACCELERATION, TORQUE, MOTOR_TORQUE, CURRENT)
 _IN_MATLAB = dict.fromkeys(NAMES_OF_TIME, "s") | {
     prefix: kind.units[0] for kind in (POSITION, *RATES) for prefix in kind.prefixes if prefix
 }  # units of variables of .mat files, whose names cannot contain a unit
+KNOWN = (*NAMES_OF_TIME, *(prefix for kind in (POSITION, *RATES) for prefix in kind.prefixes if prefix))
+SMALL_MOVES = 0.01  # share of the largest travel up to which integrated speeds may drift away from positions
+SMALL_JUMP = 5e-4  # share of the largest travel, and [rad or m], of which jumps up to 20 times are wavering readings
+DRIFT = 0.1  # the same in absolute terms, for joints at rest [rad or m; per s for speeds]
 SUFFIXES = (".csv", ".npz", ".parquet", ".mat", *BAGS)
 
 
@@ -65,6 +72,9 @@ class MeasuredMotion:
             values = getattr(self, kind.name)
             if values is not None:
                 object.__setattr__(self, kind.name, checked_array(values, (len(time), n), kind.name))
+        faults, warnings = _rate_faults(self)
+        raise_faults(faults)
+        object.__setattr__(self, "notes", tuple(dict.fromkeys((*self.notes, *warnings))))
 
     def __repr__(self) -> str:
         measured = ", ".join(kind.name for kind in (POSITION, *RATES) if getattr(self, kind.name) is not None)
@@ -97,9 +107,11 @@ def read_recording(
 
     Raises:
         InputError: A file that cannot be read, missing columns, units or positions, cells that are not numbers, time
-            that decreases; all of them listed.
+            that decreases, jumps of position, rates that are not the derivatives of the positions; all of them listed.
     """
     file, joints = Path(path), tuple(joint_names)
+    if not joints:
+        raise InputError(Fault("joint_names", "a recording needs at least one joint"))
     if not is_there(file, Path.exists):
         raise InputError(Fault("file", "no such file", str(path)))
     suffix = file.suffix.lower()
@@ -119,7 +131,14 @@ def read_recording(
     if found.time is None or faults:
         hint = "name each column: columns={'phi': 'q [rad]'} in Python, --column 'phi=q [rad]' in a command"
         raise InputError([replace(one, hint=hint) if one.place.startswith("column ") else one for one in faults])
-    notes = [f"{len(table.rows)} samples from {file.name}", *found.notes]
+    places = [found.found["position", joint] for joint in joints]
+    least = SMALL_JUMP * max([1.0, *(float(np.ptp(place.values)) for place in places)])
+    for place in places:
+        series = checks.Series(place.column.header, place.values, table.rows, table.file, place.column.unit)
+        resolution = max(least, detected_resolution(place.column.values) * factor(place.column.unit))
+        faults += checks.jump_faults(found.time.values, series, resolution, turns=place.unit == "rad")
+    raise_faults(faults)
+    notes = [f"{len(table.rows)} samples from {file.name}", *found.notes, *unit_notes(found.found, joints)]
     values: dict[str, Array] = {}
     for kind in (POSITION, *RATES):
         present = [found.found[kind.name, joint].values for joint in joints if (kind.name, joint) in found.found]
@@ -139,6 +158,34 @@ def read_recording(
     )
 
 
+def _rate_faults(measured: MeasuredMotion) -> tuple[list[Fault], list[str]]:
+    """Faults and warnings where speeds or accelerations are not the rates of what is measured beside them.
+
+    Looked for in the longest part without a gap in time.
+    """
+    time, pairs = measured.time, (("velocity", "position"), ("acceleration", "velocity"))
+    gaps = np.flatnonzero(np.diff(time) > checks.GAP_IN_TIME * np.median(np.diff(time))) + 1
+    first, last = max(pairwise([0, *gaps.tolist(), len(time)]), key=lambda ends: ends[1] - ends[0])
+    faults: list[Fault] = []
+    warnings: list[str] = []
+    for rate, of in pairs:
+        rates, values = getattr(measured, rate), getattr(measured, of)
+        if rates is None or values is None or last - first < 3:
+            continue
+        smallest = max(SMALL_MOVES * float(np.ptp(values, axis=0).max()), DRIFT)
+        for i, joint in enumerate(measured.joint_names):
+            value, slope = (
+                checks.Series(f"{name}_{joint}", x[first:last, i], (), measured.name)
+                for name, x in ((of, values), (rate, rates))
+            )
+            wrong, some = checks.rate_mismatch(time[first:last], value, slope, smallest)
+            # Noise of accelerations adds up: only a factor that is a known mistake is sure.
+            sure = [one for one in wrong if one.hint or rate == "velocity"]
+            faults += sure
+            warnings += [*some, *(f"warning: {one.place} {one.problem}" for one in wrong if one not in sure)]
+    return faults, warnings
+
+
 def _renamed(column: Column, columns: Mapping[str, str]) -> Column:
     header = columns.get(column.header, columns.get(column.name, column.header))
     return Column(header, *split_header(header), column.values)
@@ -148,21 +195,28 @@ def _table(file: Path, arrays: Mapping[str, Any], columns: Mapping[str, str]) ->
     """Table of the arrays in a file; an array of n columns becomes n columns with numbers after the name."""
     found: list[Column] = []
     held = {key: _numbers(value) for key, value in arrays.items()}
-    lengths = [len(values) for values in held.values() if values is not None]
-    rows = max(lengths, key=lengths.count) if lengths else 0
+    names = {key: split_header(columns.get(key, key)) for key in held}
+    lengths = {key: len(values) for key, values in held.items() if values is not None}
+    usual = max(lengths.values(), key=[*lengths.values()].count, default=0)
+    rows = next((count for key, count in lengths.items() if names[key][0].casefold() in NAMES_OF_TIME), usual)
+    faults = []
     for key, values in held.items():
+        name, unit = names[key]
         if values is None or len(values) != rows:
+            if values is not None and name.casefold() in KNOWN:
+                faults.append(
+                    Fault(f"array {key}", f"must have {rows} rows, one an instant", values.shape[0], "", file.name)
+                )
             continue
-        name, unit = split_header(columns.get(key, key))
         for number, column in enumerate(values.T, 1):
             title = name if values.shape[1] == 1 else f"{name}{number}"
             found.append(Column(f"{title} [{unit}]" if unit else title, title, unit, column))
-    faults = tuple(
+    faults += [
         Fault(f"column {c.header}", "must hold finite numbers", None, "", file.name)
         for c in found
         if not np.isfinite(c.values).all()
-    )
-    return Table(file.name, tuple(found), tuple(range(1, rows + 1)), faults)
+    ]
+    return Table(file.name, tuple(found), tuple(range(1, rows + 1)), tuple(faults))
 
 
 def _numbers(value: Any) -> Array | None:

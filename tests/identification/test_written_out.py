@@ -653,6 +653,8 @@ def test_the_best_conditioned_of_some_motions() -> None:
     with pytest.raises(dt.InputError, match="10 samples a harmonic"):
         dt.exciting_motion(arm, duration=0.29, rate=100.0, harmonics=3)
     assert len(dt.exciting_motion(arm, duration=0.3, rate=100.0, harmonics=3, candidates=1).time) == 31
+    with pytest.raises(dt.InputError, match="seed: must not be negative"):
+        dt.exciting_motion(arm, seed=-1)
     for wrong in ({"harmonics": 1}, {"candidates": 0}):
         with pytest.raises(dt.InputError, match="2 harmonics, 1 candidate"):
             dt.exciting_motion(arm, **wrong)

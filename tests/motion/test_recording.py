@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -83,3 +84,51 @@ def test_wrong_files(tmp_path: Path) -> None:
     np.savez(tmp_path / "back.npz", **{"time [s]": TIME[::-1], "q [rad]": DEGREES})
     with pytest.raises(InputError, match="goes back"):
         read_recording(tmp_path / "back.npz", JOINTS)
+
+
+def moved(**changed: np.ndarray) -> dict[str, np.ndarray]:
+    time = np.linspace(0.0, 4.0, 401)
+    angle = np.outer(time, [1.0, 2.0])
+    rates = {
+        "q [rad]": np.sin(angle),
+        "qd [rad/s]": np.cos(angle) * [1.0, 2.0],
+        "qdd [rad/s^2]": -np.sin(angle) * [1, 4],
+    }
+    return {"t [s]": time, **rates, "torque [N m]": np.cos(angle), **changed}
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("qd [rad/s]", np.rad2deg, "velocity_shoulder: is not the derivative.*look like degrees, not radians"),
+        ("qdd [rad/s^2]", np.negative, "acceleration_elbow: is not the derivative.*the sign is turned"),
+        ("q [rad]", lambda q: np.angle(np.exp(1j * (q + 2.5))), "the angle is wrapped: unwrap it"),
+        ("q [rad]", lambda q: q + (np.arange(401) == 200)[:, None], "has a spike by 0.99"),
+        ("torque [N m]", np.transpose, r"array torque \[N m\]: must have 401 rows, one an instant"),
+    ],
+)
+def test_what_cannot_be_a_motion_is_an_error(tmp_path: Path, name: str, change: Any, words: str) -> None:
+    np.savez(tmp_path / "run.npz", **moved(**{name: change(moved()[name])}))
+    with pytest.raises(InputError, match=words):
+        read_recording(tmp_path / "run.npz", JOINTS)
+
+
+def test_a_recording_of_no_joint(tmp_path: Path) -> None:
+    np.savez(tmp_path / "run.npz", **moved())
+    with pytest.raises(InputError, match="at least one joint"):
+        read_recording(tmp_path / "run.npz", ())
+
+
+def test_noise_and_gaps_are_no_errors(tmp_path: Path) -> None:
+    """Readings of a joint at rest that waver, a pause in the recording, noise of speeds and accelerations."""
+    rng, kept = np.random.default_rng(0), np.r_[0:150, 300:401]
+    arrays = {name: values[kept] for name, values in moved().items()}
+    arrays["q [rad]"][:, 1] = 0.0015 * rng.integers(0, 2, 251)
+    arrays["qd [rad/s]"][:, 1] = arrays["qdd [rad/s^2]"][:, 1] = 0.0
+    for name, size in (("qd [rad/s]", 0.02), ("qdd [rad/s^2]", 0.3)):
+        arrays[name] += size * rng.normal(size=(251, 2))
+    np.savez(tmp_path / "run.npz", **arrays)
+    assert not any("warning" in note for note in read_recording(tmp_path / "run.npz", JOINTS).notes)
+    arrays["q [rad]"] *= 30.0
+    np.savez(tmp_path / "run.npz", **{name: arrays[name] for name in ("t [s]", "q [rad]")})
+    assert any("are these degrees?" in note for note in read_recording(tmp_path / "run.npz", JOINTS).notes)
