@@ -83,12 +83,16 @@ class JointDemand:
         return resting(self.speed)
 
     @cached_property
+    def loss_speed(self) -> Array:
+        """The speed whose sign determines the losses, also where a motion starts or ends [rad/s], (N,)."""
+        return loss_speed(self.speed, self.acceleration, self.at_rest, parts=self.cycle.parts)
+
+    @cached_property
     def loosening_torque(self) -> Array:
         """``load_torque``; at rest ``loosening_load`` if the joint ever moves [N m], (N,)."""
         if not self.moves:
             return self.load_torque
-        load, cycle = self.load_torque, self.cycle
-        ahead = loss_speed(self.speed, self.acceleration, self.at_rest, parts=cycle.parts)[cycle.after]
+        load, ahead = self.load_torque, self.loss_speed[self.cycle.after]
         return np.where(self.at_rest, loosening_load(friction_curve(self.friction), load, ahead), load)
 
     @cached_property

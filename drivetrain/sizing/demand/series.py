@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.drive import loss_speed
 from drivetrain.drive.thermal.periodic_heat import Losses, Periods, new_losses, new_parts, periods_of
 from drivetrain.sizing.demand.demand import JointDemand, Workload
 from drivetrain.sizing.demand.load_basis import PARAMETERS, rides
@@ -191,8 +190,7 @@ def new_traces(samples: int, parts: int) -> Traces:
 
 def motion_of(demand: JointDemand) -> Motion:
     """The motion of a joint; all arrays are contiguous: numba compiles again for other layouts, which are slower."""
-    cycle, at_rest = demand.cycle, demand.at_rest
-    speed = loss_speed(demand.speed, demand.acceleration, at_rest, parts=cycle.parts)
+    cycle, at_rest, speed = demand.cycle, demand.at_rest, demand.loss_speed
     edges = np.flatnonzero(np.diff(at_rest.astype(np.int8), prepend=0, append=0)).astype(np.int64).reshape(-1, 2)
     weight = demand.weights if demand.weights.sum() > 0.0 else np.full(len(speed), 1.0 / len(speed))
     periods = periods_of(cycle.time, cycle.parts, cycle.shares)

@@ -9,7 +9,6 @@ import numpy as np
 
 from drivetrain.drive.amplifier import Amplifier, from_dc
 from drivetrain.drive.brake import Brake
-from drivetrain.drive.drive import loss_speed
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, drag_factor, mesh_of, onward, stage_load, torque_exponent
 from drivetrain.drive.motor import Motor
@@ -150,7 +149,7 @@ def _hard_stop(op: Any) -> str:
     """The worst stop at the current limit, as text."""
     case, demand = op.judgement.case, op.demand
     at = int(np.argmax(op.judgement.series.traces.stop))
-    mesh, way = mesh_of(case.gear), float(np.sign(_stopped_speed(op)[at]) or 1.0)
+    mesh, way = mesh_of(case.gear), float(np.sign(op.demand.loss_speed[at]) or 1.0)
     rotor, push, static, inertia = (float(series[at]) for series in _braking(op))
     found = braked(mesh.driving, mesh.driven, rotor, push, static, inertia, way)
     speed = abs(float(demand.speed[at]))
@@ -198,14 +197,8 @@ def _braking(op: Any) -> tuple[Any, Any, Any, Any]:
     rotor, load = stop_rotor(ratio, inertia, rides)
     load = load + demand.load_inertia
     carrier = demand.carrier_acceleration - rides * demand.acceleration
-    push = braking_push(mesh, shaft, factor, inertia, limit, _stopped_speed(op), carrier)
+    push = braking_push(mesh, shaft, factor, inertia, limit, demand.loss_speed, carrier)
     return np.full(len(push), rotor), push, demand.gear_torque - load * demand.acceleration, load
-
-
-def _stopped_speed(op: Any) -> Any:
-    """Speed whose sign is that of the motion to stop [rad/s], (N,); not 0 where a motion starts or ends."""
-    demand = op.demand
-    return loss_speed(demand.speed, demand.acceleration, demand.at_rest == 1, parts=op.study.cycle.parts)
 
 
 def _safe_current(op: Any) -> str:
@@ -229,7 +222,7 @@ def safe_stop_current(op: Any) -> tuple[float, float]:
     that holds its load without help of the mesh friction.
     """
     case, demand = op.judgement.case, op.demand
-    mesh, series = mesh_of(case.gear), (*_braking(op), demand.gear_torque, _stopped_speed(op))
+    mesh, series = mesh_of(case.gear), (*_braking(op), demand.gear_torque, demand.loss_speed)
     moving = [row for row in zip(*(one.tolist() for one in series), strict=True) if row[-1] != 0.0]
     spring, stiffest, softest = swing_spring(case.gear), stiff_spring(case.gear).slope_3, case.gear.stiffness_1
     allowed = op.drive.gear.momentary_torque / case.safety.peak_torque / onward(case.gear)
