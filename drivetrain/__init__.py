@@ -65,7 +65,7 @@ write_currents write_urdf write_mjcf run_sweep DrivetrainError InputError Physic
 """
 _SHELL = {command: f"`drivetrain {command}` is dt.{name} in Python" for command, name in {
     "size": "evaluate", "currents": "current_commands", "explain": "explanation", "ratio": "ratio_study",
-    "front": "pareto_front", "curve": "optimum_curve", "family": "select_family",
+    "front": "pareto_front", "curve": "optimum_curve", "family": "select_family", "loops": "study_loops",
 }.items()}  # fmt: skip
 
 

@@ -49,7 +49,8 @@ def range_faults(
             if name in required:
                 faults.append(Fault(f"{owner}.{name}", "is needed", hint=allowed.words))
         elif not is_number_in(allowed, value):
-            faults.append(Fault(f"{owner}.{name}", allowed.words, value))
+            hint = "a number in SI, without a unit" if isinstance(value, str) else ""
+            faults.append(Fault(f"{owner}.{name}", allowed.words, value, hint))
     return faults
 
 

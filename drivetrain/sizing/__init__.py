@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from drivetrain.sizing.answers.family import FamilySelection, select_family
     from drivetrain.sizing.answers.fastest import Fastest, fastest
     from drivetrain.sizing.answers.free_ratio import FreeRatios, free_ratios
+    from drivetrain.sizing.answers.loops import JointLoops, StudyLoops, study_loops
     from drivetrain.sizing.answers.ratio import ratio_studies, ratio_study
     from drivetrain.sizing.answers.trade_offs import trade_offs
     from drivetrain.sizing.answers.why_not import WhyNot, why_not

@@ -18,6 +18,7 @@ from drivetrain.drive.motor_limits import (
     thermal_resistances,
     torque_limits,
 )
+from drivetrain.errors import InputError
 
 # maxon online catalogue 2019 (resistance, thermal resistances winding-housing and housing-ambient, limit of the
 # winding, printed nominal current) and how far the printed value lies from the thermal limit [%].
@@ -36,6 +37,11 @@ def _motor(**fields: float | None) -> Motor:
         "max_winding_temperature": 125.0,
     }
     return dataclasses.replace(Motor("test", 0.6, 0.04), **(sheet | fields))  # type: ignore[arg-type]
+
+
+def test_a_text_is_told_to_be_a_number() -> None:
+    with pytest.raises(InputError, match="a number in SI, without a unit"):
+        Motor("M", resistance="1 ohm", torque_constant=0.1)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("name", "resistance", "inner", "outer", "limit", "printed", "percent"), PUBLISHED)

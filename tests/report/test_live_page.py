@@ -39,6 +39,23 @@ def used(evaluation: Any) -> dict[tuple[str, str], float]:
     return {(name, check.name): check.utilisation for name, check in checks if check.utilisation is not None}
 
 
+def test_a_drive_with_stages_and_no_gear_has_an_empty_gear() -> None:
+    time = np.linspace(0.0, 2.0, 101)
+    belt = {"type": "belt", "ratio": 2.5, "efficiency": 0.95, "force_limit": 300.0, "diameter": 0.1}
+    motor = {"kind": "brushless", "current_basis": "dc", "winding_basis": "line_line", "resistance": 0.3, "mass": 2.0,
+             "torque_constant": 0.5, "rotor_inertia": 1e-3, "peak_current": 60.0, "nominal_current": 20.0}  # fmt: skip
+    study = dt.study(
+        "planar-2r-bare", (time, np.sin(np.pi * time)[:, None] ** 2 * [0.2, 0.1]), supply=48.0, drive_mass="added",
+        motors={"M": motor}, drives=("M", None), joints={"default": {"output_bearing": "external", "stages": [belt]}},
+    )  # fmt: skip
+    live = LivePage(study, dt.evaluate(study))
+    assert 'value="+belt"' not in live.page()
+    asked = {name: ["M", ""] for name in ("joint_1", "joint_2")}
+    assert used(live.result({"drives": asked})) == used(dt.evaluate(study))
+    with pytest.raises(dt.InputError, match="has no gear"):
+        live.result({"drives": asked, "ratios": {"joint_1": 3.0}})
+
+
 def test_numbers_are_those_of_evaluate_for_the_changed_study(live: LivePage, drives: dict[str, list[str]]) -> None:
     study = live.study
     payload = next(one for one in live.controls.values() if one.payload)

@@ -57,10 +57,11 @@ class LivePage:
         catalog, lists, joints = self.study.catalog, dict[Any, int](), []
         for name, (motor, gear, ratio) in _drives(evaluation).items():
             pairs = tasks[name].pairs
-            keys = tuple(
-                tuple(dict.fromkeys(pair[k] for pair in pairs if pair[k]) if pairs else rows)
+            offered = (
+                [pair[k] for pair in pairs] if pairs else rows
                 for k, rows in enumerate((motors_at(tasks[name], catalog), gears_at(tasks[name], catalog)))
             )
+            keys = tuple(tuple(dict.fromkeys(key for key in some if key and key[0] != "+")) for some in offered)
             joints.append({"name": name, "motor": motor, "gear": gear, "ratio": ratio,
                            "list": lists.setdefault(keys, len(lists))})  # fmt: skip
         live = page_text("live.html.j2", controls=self.controls.values(), joints=joints, lists=list(lists))
@@ -123,7 +124,7 @@ class LivePage:
         for i, drive in mounted.items():
             name, own = study.joints[i].name, abs(drive.gear.ratio)
             wanted = ratios.get(name, own)
-            if wanted != own and not keys[name][1]:
+            if wanted != own and drive.gear.direct:
                 raise InputError(Fault(f"ratio of {name}", "a direct drive has no gear", wanted, "choose a gear"))
             if wanted != own:
                 words = f"ratio {wanted:g} in place of {own:g}: no gear of the catalogue"
@@ -179,8 +180,10 @@ def _read(request: Any) -> tuple[dict[str, float], dict[str, Pair], dict[str, fl
 
 
 def _drives(evaluation: Evaluation) -> dict[str, tuple[str, str, float]]:
-    """Motor, gear and its ratio by joint; a direct drive has ratio 0 here, which none can change."""
+    """Motor, gear and its ratio by joint; a drive without a gear, also one with stages, has ratio 0 here."""
     return {
-        name: (joint.motor, joint.gear, abs(joint.drive.gear.ratio) if joint.gear else 0.0)
+        name: (joint.motor, "", 0.0)
+        if joint.drive.gear.direct
+        else (joint.motor, joint.gear, abs(joint.drive.gear.ratio))
         for name, joint in evaluation.joints.items()
     }

@@ -14,6 +14,7 @@ from drivetrain.drive.gear import sprung_stages
 from drivetrain.drive.loops.loop_design import LoopDesign, closed_loop, design_loops, given_loops
 from drivetrain.drive.loops.servo_axis import ServoAxis, ServoTiming
 from drivetrain.drive.motor import torque_constant
+from drivetrain.errors import whole_names
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.parts.simulation import Simulation
 
@@ -24,21 +25,35 @@ MOST_SAMPLES = 20_000
 
 @dataclass(frozen=True, eq=False)
 class JointLoops:
-    """Loops of one joint's servo."""
+    """Loops of one joint's servo.
 
-    joint: str  # name of the joint
-    axis: ServoAxis  # with the heaviest load of the cycle
-    lightest: float  # smallest load inertia of the cycle, with stages behind the gear's spring [kg m^2]
-    timing: ServoTiming  # current loop and sampling of its servo
-    design: LoopDesign  # with the heaviest load
-    light: LoopDesign  # the same gains with the lightest load
-    # proportional gain [V/A] and integral gain [V/(A s)] of the current loop; None if the inductance is unknown
+    Attributes:
+        joint: Name of the joint.
+        axis: With the heaviest load of the cycle.
+        lightest: Smallest load inertia of the cycle, with stages behind the gear's spring [kg m^2].
+        timing: Current loop and sampling of its servo.
+        design: Gains and margins with the heaviest load.
+        light: The same gains with the lightest load.
+        current_gain, current_integral: Proportional [V/A] and integral gain [V/(A s)] of the current loop; None if the
+            inductance is unknown.
+        time: Time of the step responses [s], (M,).
+        step: Step response of the motor's angle without speed feedforward [-], (M,).
+        light_step: The same with the lightest load, (M,).
+        notch_step: With the heaviest load and the proposed notch filter, (M,); None if there is none.
+    """
+
+    joint: str
+    axis: ServoAxis
+    lightest: float
+    timing: ServoTiming
+    design: LoopDesign
+    light: LoopDesign
     current_gain: float | None
     current_integral: float | None
-    time: Array  # time of the step responses [s], (M,)
-    step: Array  # step response of the motor's angle without speed feedforward [-], (M,)
+    time: Array
+    step: Array
     light_step: Array
-    notch_step: Array | None  # with the heaviest load and the proposed notch filter; None if there is none
+    notch_step: Array | None
 
     @property
     def stable(self) -> bool:
@@ -48,16 +63,37 @@ class JointLoops:
 
 @dataclass(frozen=True, eq=False)
 class StudyLoops:
-    """The loops of a study's joints."""
+    """The loops of a study's joints.
 
-    joints: tuple[JointLoops, ...]  # joints whose loops could be designed
-    missing: dict[str, str]  # reason for each other joint, by its name
+    Attributes:
+        joints: Joints whose loops could be designed.
+        missing: Reason for each other joint, by its name.
+    """
+
+    joints: tuple[JointLoops, ...]
+    missing: dict[str, str]
 
 
 def study_loops(
     evaluation: Evaluation, *, joints: Collection[str] | None = None, current_bandwidth: float | None = None
 ) -> StudyLoops:
-    """Loops of evaluated drives with the timing of the study's simulation; ``current_bandwidth``: [rad/s]."""
+    """Position, speed and current loops of evaluated drives, with the timing of the study's simulation.
+
+    Args:
+        evaluation: The drives.
+        joints: Names of the joints, or parts that no other name has; None: all.
+        current_bandwidth: Bandwidth of the current loops [rad/s]; None: that of the study's simulation.
+
+    Returns:
+        Gains, margins and step responses by joint, and why a joint has none.
+
+    Raises:
+        InputError: No such joint, or a bandwidth that is not positive.
+
+    Example: ``dt.study_loops(dt.evaluate(study)).joints[0].design.speed_gain``
+    """
+    if joints is not None:
+        joints = whole_names("joints", "joint of the study", list(joints), list(evaluation.joints))
     settings = evaluation.study.simulation
     if current_bandwidth is not None:
         settings = replace(settings, current_bandwidth=current_bandwidth)
