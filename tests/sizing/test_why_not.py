@@ -12,6 +12,7 @@ import pytest
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.matching import scaled_gear
 from drivetrain.errors import InputError
+from drivetrain.report.pages.why_not_page import why_not_lines
 from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import worst_of
@@ -167,9 +168,12 @@ def test_one_answer_a_joint_when_none_is_named(arm_study):
 
 
 def test_missing_data_are_named(arm_study):
-    (answer,) = why_not(arm_study, "j1", "unknown", "g50").answers
+    found = why_not(arm_study, "j1", "unknown", "g50")
+    (answer,) = found.answers
     assert answer.standing is Standing.NOT_JUDGED
     assert "motor peak torque" in answer.lacking
+    (remark,) = (check.remark for check in answer.result.lacking if check.name == "motor peak torque")
+    assert remark and f"Motor peak torque: {remark}." in why_not_lines(found, answer)
     assert not why_not(arm_study, "j1", "unknown", "g50").holds
     (massless,) = why_not(arm_study, "j2", "massless", "g50", cost=False).answers
     assert any("mass is unknown" in word for word in massless.passed_over)

@@ -27,6 +27,9 @@ def why_not_lines(found: WhyNot, answer: PairAnswer) -> list[str]:
     lines += [f"May not be chosen: {words}." for words in answer.passed_over]
     if answer.lacking:
         lines.append(f"Data are missing for {', '.join(answer.lacking)}; without them there is no verdict.")
+        if answer.result is not None:
+            reasons = (f"{check.name}: {check.remark}" for check in answer.result.lacking if check.remark)
+            lines += [f"{text[0].upper()}{text[1:]}." for text in (*reasons, *answer.result.drive.assumptions)]
     if answer.failed is not None:
         lines.append(f"Rejected by {check_sentence(answer.failed)}.")
     lines += [change_sentence(change) for change in answer.changes]
