@@ -19,6 +19,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, shaft_turns
+from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, Mask, checked_array, read_only
 from drivetrain.drive.counterbalance import counterbalance_torque
@@ -41,8 +42,8 @@ from drivetrain.motion.smoothing import estimated_noise
 from drivetrain.notebook import axes_of, shown
 from drivetrain.records import as_record
 from drivetrain.sizing.judge.parts import FilledParts
-from drivetrain.study.model import Study, refuse_moving_base
-from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.model import DriveMass, Study, refuse_moving_base
+from drivetrain.study.parts.mounting import emptied, loaded_arm
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -196,7 +197,7 @@ def identify(
         problem = problem_of(weighted, wanted, columns.friction, FOLDS, gap)
         everything, bodies = list(range(FOLDS)), len(columns.links)
         weights = problem.best_weights(everything)
-        change = problem.consistent_change(everything, weights, columns.prior, bodies)
+        change = problem.consistent_change(everything, weights, columns.prior - columns.least, bodies)
         new_friction = _with_friction(prior.friction, change[columns.laws :])
     found, left = columns.prior + change, wanted - weighted @ change
     new_arm = _with_bodies(prior, columns, found)
@@ -208,7 +209,7 @@ def identify(
     base, covariance, condition = _base_table(columns, distinct, weighted, wanted, used, change)
     held = problem.held(everything, weights)
     parameters = _parameter_table(columns, found, held, problem.scale, distinct, covariance, base)
-    held_out = np.concatenate(problem.held_out(columns.prior, bodies)) * spread
+    held_out = np.concatenate(problem.held_out(columns.prior - columns.least, bodies)) * spread
     errors = _error_table(before, held_out, gap, measured, used, arm)
     modelled = given + columns.matrix @ change
     free = wanted - weighted @ (problem.deviation(everything, weights) / problem.scale)
@@ -267,6 +268,7 @@ class _Columns:
     names: list[str]
     links: tuple[int, ...]
     laws: int  # index of the first friction coefficient
+    least: Array  # from which what a link has beside its contained drive is counted, (p,)
 
     @property
     def friction(self) -> np.ndarray:
@@ -423,7 +425,20 @@ def _columns(
         for joint, turning in zip(arm.joint_names, shafts, strict=True):
             names.append(f"{joint}.{name} [{unit if turning else unit.replace('N m', 'N').replace('rad', 'm')}]")
     parts = [with_losses @ matrix[:, :, inertial], matrix[:, :, spinning], *extra]
-    return _Columns(np.concatenate(parts, axis=2), known, names, sought, len(inertial) + len(spinning))
+    least = np.zeros(len(known))
+    least[: len(inertial)] = _contained(prior)[inertial]
+    return _Columns(np.concatenate(parts, axis=2), known, names, sought, len(inertial) + len(spinning), least)
+
+
+def _contained(prior: _Prior) -> Array:
+    """Parameters of the drives that the links contain and that the study replaces, (10 n,).
+
+    Without them the links, too, must be physically consistent.
+    """
+    bare = with_rotors(prior.own, [None] * prior.own.n)
+    if prior.study is None or prior.study.drive_mass is not DriveMass.REPLACED:
+        return np.zeros(10 * bare.n)
+    return torque_parameters(bare) - torque_parameters(emptied(prior.study))
 
 
 def _with_bodies(prior: _Prior, columns: _Columns, found: Array) -> Arm:

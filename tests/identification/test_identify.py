@@ -23,6 +23,7 @@ from drivetrain.identification.least_squares import (
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.quantities import number
 from drivetrain.study.model import DriveMass
+from drivetrain.study.parts.mounting import emptied
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KR300 = Path(__file__).parents[1] / "published" / "data" / "kr300_recording_a.npz"
@@ -340,6 +341,9 @@ def test_the_command_writes_a_study_that_loads(tmp_path: Path) -> None:
     np.testing.assert_allclose(inverse_dynamics(again.arm, *state), inverse_dynamics(found.arm, *state), rtol=1e-6)
     for task, law in zip(again.joints, found.friction, strict=True):
         assert (task.friction.viscous, task.friction.coulomb) == pytest.approx((law.viscous, law.coulomb), rel=1e-6)
+    # The drives that the study replaces can be taken out of the identified links.
+    assert study.drive_mass is DriveMass.REPLACED
+    assert consistent(torque_parameters(emptied(again)))
     page = (tmp_path / "o" / "report.html").read_text()
     for name, row in found.errors.iterrows():
         assert re.search(rf"<td>{name}</td>\s*<td class=\"n\">{number(row['measured'], 4)}</td>", page)

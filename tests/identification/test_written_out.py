@@ -426,7 +426,7 @@ def test_what_each_cause_contributes() -> None:
     """Of a single sample whose causes are all different: their magnitudes."""
     arm, rng = small_arm(), np.random.default_rng(12)
     matrix, prior, found = rng.normal(size=(1, 2, 16)), rng.normal(size=16), rng.normal(size=16)
-    columns = fit._Columns(matrix, prior, ["x"] * 16, (1,), 12)
+    columns = fit._Columns(matrix, prior, ["x"] * 16, (1,), 12, np.zeros(16))
     balance, drives, known, left = rng.normal(size=(4, 1, 2))
     model = fit._Model(matrix @ prior + balance + drives, balance, np.ones((1, 2)), np.zeros((3, 1, 2)))
     measured = matrix @ found + balance + drives + known + left
@@ -585,7 +585,7 @@ def test_sliding_joints_have_units_of_their_own() -> None:
                                   "a.load_share [-]", "b.load_share [-]"]  # fmt: skip
     assert columns.friction.sum() == 6 and columns.friction[-6:].all() and columns.laws == 20
     tasks = [SimpleNamespace(travel_per_turn=one, counterbalances=()) for one in (0.02, None)]
-    turned = replace(prior, study=SimpleNamespace(joints=tasks))
+    turned = replace(prior, study=SimpleNamespace(joints=tasks, drive_mass=DriveMass.ADDED))
     assert turned.travel.tolist() == [0.02, 1.0]
     model = fit._model(turned, motion)
     np.testing.assert_allclose(model.laws[0], motion[1] / [0.02, 1.0])
