@@ -232,6 +232,8 @@ def check_lines(check: Check, series: JointSeries | None = None) -> Iterator[str
 
 def fastest_lines(found: Fastest) -> Iterator[str]:
     """Lines for the terminal on the fastest cycle."""
+    from drivetrain.sizing.answers.fastest import WITHOUT_A_TIME
+
     if found.feasible:
         change = 100.0 * (found.duration / found.before - 1.0)
         yield f"fastest cycle: {found.duration:.4g} s instead of {found.before:.4g} s ({change:+.3g} %)"
@@ -241,8 +243,11 @@ def fastest_lines(found: Fastest) -> Iterator[str]:
     for move in found.moves:
         words = f"  {move.name}, from {move.start:.4g} s: {move.after:.4g} s instead of {move.before:.4g} s"
         if move.check:
-            when = "over the whole cycle" if math.isnan(move.time) else f"t = {move.time:.4g} s"
-            words += f"; limited by {move.check} at {move.place}, {when}"
+            words += f"; limited by {move.check} at {move.place}"
+            if not math.isnan(move.time):
+                words += f", t = {move.time:.4g} s"
+            elif move.check not in WITHOUT_A_TIME:
+                words += ", over the whole cycle"
         yield words
 
 

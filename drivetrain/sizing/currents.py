@@ -27,8 +27,9 @@ PARTS = (
     "inertia", "gravity", "velocity", "counterbalance", "given torque", "joint friction", "mesh loss", "gear drag",
     "motor friction", "rotor inertia",
 )  # fmt: skip
-"""Causes of the current: acceleration, gravity and velocity terms of the arm, counterbalances or a table of torques,
-all through a lossless gear; then friction, losses, and acceleration of the rotor. Their sum is the whole current."""
+"""Causes of the current: acceleration, gravity and velocity terms of the arm, counterbalances (and the preload of two
+motors) or a table of torques, all through a lossless gear; then friction, losses, and acceleration of the rotor. Their
+sum is the whole current."""
 
 ON_ALL_DATA = ("current", "phase", "rotor", "friction", "mesh", "gear drag", "motor torque", "voltage", "lost")
 """Prefixes of the columns that are unknown if rotor inertia or losses are unknown."""

@@ -7,13 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from crank_arm import short_crank, two_links
 
 from drivetrain.errors import InputError
 from drivetrain.report.verdict_lines import fastest_lines, motion_csv
+from drivetrain.sizing.answers import fastest as answer
 from drivetrain.sizing.answers.fastest import FACTOR_TOLERANCE, Fastest, _scaled_moves, fastest, moves_of, retimed
-from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.sizing.judge.evaluate import evaluate, given_drives
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.model import Study
+from drivetrain.study.model import Stop, Study
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 from drivetrain.study.template import study_template
@@ -152,6 +154,41 @@ def test_heat_over_the_cycle_binds_the_moves_that_instants_do_not(study: Study) 
     assert lasting and {move.check for move in lasting} <= {"motor RMS current", "winding temperature"}
     assert all(move.after / move.before == pytest.approx(found.share, rel=1e-9) for move in lasting)
     assert any("over the whole cycle" in line for line in fastest_lines(found))
+
+
+def test_a_cold_start_binds_each_move_by_itself(study: Study) -> None:
+    """Its voltage is that of an instant: no move waits for the other, and each at the edge fails when made quicker."""
+    cold = replace(study, cold_start=-10.0, supply=replace(study.supply, voltage=20.0))
+    best = _scaled_moves(cold, DRIVES, cold.cycle, moves_of(cold.cycle))
+    assert best.feasible and best.share == 0.0
+    for index in range(2):
+        quicker = best.pace * np.where(np.arange(2) == index, 1.0 - 15.0 * FACTOR_TOLERANCE, 1.0)
+        joints = evaluate(replace(cold, cycle=retimed(cold.cycle, best.moves, quicker)), DRIVES).joints.values()
+        failed = {one.name for joint in joints for one in joint.checks if one.verdict is Verdict.FAIL}
+        assert "cold start voltage" in failed
+    text = "".join(fastest_lines(fastest(cold, DRIVES)))
+    assert "limited by cold start voltage" in text and "whole cycle" not in text
+
+
+def test_a_linkage_runs_no_faster_than_its_stops_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So fast that a stop on its ramp would leave the reach of the four-bar is too fast, and no error."""
+    study = two_links(closures=short_crank())
+    stop = Stop(ramp=0.6, power_off=False)
+    share = np.linspace(0.0, 1.0, 21)[:, None]
+    rates = (10 * share**3 - 15 * share**4 + 6 * share**5, 30 * share**2 * (1 - share) ** 2,
+             60 * share * (1 - share) * (1 - 2 * share))  # fmt: skip
+    there, speed, rate = (one * [1.0, 0.3] for one in rates)
+    cycle = replace(
+        study.cycle, position=np.concatenate([there, there[-2::-1]]), velocity=np.concatenate([speed, -speed[1:]]),
+        acceleration=np.concatenate([rate, -rate[1:]]),
+    )  # fmt: skip
+    tasks = tuple(replace(task, stop=stop, brakes=()) for task in study.joints)
+    slow = changed(replace(study, cycle=cycle, joints=tasks), TaskChange(time=4.0))
+    with pytest.raises(InputError, match="leads the linkage where it cannot go"):
+        evaluate(changed(slow, TaskChange(time=0.25)), ("M", "G"))
+    monkeypatch.setattr(answer, "FACTOR_TOLERANCE", 0.05)  # fewer evaluations
+    least = answer._min_factor(slow, given_drives(slow, ("M", "G")), moves_of(slow.cycle)[0])
+    assert 0.25 < least < 1.0
 
 
 def test_moves_are_timed_within_where_no_heat_binds(study: Study, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -37,6 +38,8 @@ MIN_SPACING = 1.0 / 400.0  # smallest distance between two points of its spline,
 MAX_REPAIRS = 60  # steps in which moves that fail together, though each is feasible alone, are slowed down
 SPEED_LIMIT = "the arm's speed limit"
 OVER_THE_CYCLE = {"winding temperature"}  # reported with an instant, although it depends on the whole cycle
+# Reported without an instant, although a single one decides.
+WITHOUT_A_TIME = {"cold start torque", "cold start current", "cold start voltage", "current to stop"}
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class MoveTime:
         before, after: Duration in the study and in the fastest cycle [s].
         place: Joint, or ``supply``, with the binding limit; empty if none was found.
         check: The binding limit.
-        time: Instant of the limit in the fastest cycle [s]; NaN for a limit over the whole cycle.
+        time: Instant of the limit in the fastest cycle [s]; NaN for a limit over the whole cycle, those of a cold
+            start, and the current to stop.
     """
 
     name: str
@@ -123,11 +127,12 @@ def fastest(study: Study | Evaluation | Selection, drives: Mapping[str, Given] |
     if not moves:
         raise InputError(Fault("cycle", "holds no move from rest to rest", hint="nothing can be made faster"))
     drives = given_drives(study, drives or {})
+    evaluate(study, drives)  # the faults of the study itself
     best = _scaled_moves(study, drives, cycle, moves)
     if best.feasible and best.share == 0.0:
-        again = _scaled_moves(study, drives, *_retimed_along_paths(study, drives, best, cycle, moves))
-        if again.feasible and again.duration < best.duration:
-            best = again
+        with suppress(InputError):  # of a trial, whose stops on their ramp lead a linkage where it cannot go
+            again = _scaled_moves(study, drives, *_retimed_along_paths(study, drives, best, cycle, moves))
+            best = again if again.feasible and again.duration < best.duration else best
     return Fastest(best.evaluation.study, best.evaluation, cycle.duration, _move_times(cycle, moves, best), best.share)
 
 
@@ -242,7 +247,7 @@ def _allowed(best: _ScaledCycle) -> tuple[Array, Array, Array]:
     for i, joint in enumerate(best.evaluation.joints.values()):
         used = {"gear": 1e-9, "motor": 1e-9, "speed": 1e-9, "voltage": 1e-9}
         for check in joint.checks:
-            if check.time is not None and check.utilisation is not None and check.name not in OVER_THE_CYCLE:
+            if _of_an_instant(check) and check.utilisation is not None:
                 kind = next((word for word in ("speed", "voltage", "gear") if word in check.name), "motor")
                 used[kind] = max(used[kind], check.utilisation)
         series = joint.series
@@ -352,7 +357,10 @@ def _min_factor(study: Study, drives: Mapping[str, Given] | None, move: slice) -
     whole = [slice(0, len(own.time))]
 
     def holds(factor: float) -> bool:
-        result = evaluate(replace(study, cycle=retimed(own, whole, np.array([factor]))), drives)
+        try:
+            result = evaluate(replace(study, cycle=retimed(own, whole, np.array([factor]))), drives)
+        except InputError:  # so fast that a stop on its ramp would lead a linkage where it cannot go
+            return False
         return not any(_fails(check) for _, check in _instants(result))
 
     return max(_smallest_factor(holds, 1.0), float(_speed_share(study, own.velocity).max()))
@@ -426,9 +434,12 @@ def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
     """The checks that depend on an instant alone, with their places."""
     return [
         one for one in placed_checks(evaluation)
-        if one[1].time is not None and one[1].name not in OVER_THE_CYCLE
-        and (one[1].utilisation is not None or _fails(one[1]))
+        if _of_an_instant(one[1]) and (one[1].utilisation is not None or _fails(one[1]))
     ]  # fmt: skip
+
+
+def _of_an_instant(check: Check) -> bool:
+    return check.name in WITHOUT_A_TIME or (check.time is not None and check.name not in OVER_THE_CYCLE)
 
 
 def _over_cycle(at: Callable[[Array], Evaluation], edges: Array, share: float) -> tuple[str, str]:
@@ -451,7 +462,8 @@ def _move_times(before: Cycle, moves: list[slice], best: _ScaledCycle) -> tuple[
         if final <= least:
             alone = evaluate(replace(result.study, cycle=_single_move(after, move)), result.drives)
             place, binding = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
-            check, at = ("", math.nan) if binding is None else (binding.name, binding.time or start)
+            check = "" if binding is None else binding.name
+            at = math.nan if binding is None or binding.time is None else binding.time
             speed = _speed_share(result.study, after.velocity[move])
             if binding is None or speed.max() > (binding.utilisation or 0.0):
                 joint = int(speed.argmax())
