@@ -153,6 +153,7 @@ def _parameters(found: Identification) -> tuple[Section, Section]:
         "the base with all joints at zero.",
         "Remaining uncertainty: standard deviation divided by that of the prior. Near 100 % the recording has no "
         "information about the parameter, and its value is that of the prior.",
+        "A standard deviation of ∞: the recording determines the parameter only together with others, or not at all.",
     )
     return (
         Section("Combinations that the motion can distinguish", "base", lead=(
