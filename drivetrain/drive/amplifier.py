@@ -177,7 +177,7 @@ class Supply:
         raise_faults(faults)
 
     @property
-    def always_burns(self) -> bool:
+    def resistor_always_on(self) -> bool:
         """Whether the source itself reaches the threshold, so that the brake resistor never goes off."""
         return self.threshold is not None and self.threshold <= self.voltage
 
@@ -188,7 +188,7 @@ class Supply:
         """
         if self.resistance is None or self.threshold is None or self.max_voltage is not None:
             return None
-        return 0.0 if self.always_burns else self.threshold**2 / self.resistance
+        return 0.0 if self.resistor_always_on else self.threshold**2 / self.resistance
 
 
 def limits_of(sheet: AmplifierSheet) -> Amplifier:

@@ -77,7 +77,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     supply = form.supply
     with ledger.gather(("supply",)):
         supply = made(supply)
-        if supply.always_burns:
+        if supply.resistor_always_on:
             problem = "must be above the voltage of the source, or the resistor never goes off"
             ledger.fault(("supply", "threshold"), problem, supply.threshold)
     stiffness = made(form.stiffness)

@@ -84,3 +84,15 @@ def test_what_cannot_be_read_has_no_shape(file):
     file.write_text(URDF.replace('radius="0.05"', 'radius="small"'))
     assert [link for link, _ in link_shapes(load_arm(file, tip="hand"))] == [-1, 0]
     assert link_shapes(load_arm("ur5")) == []
+
+
+@pytest.mark.parametrize(
+    ("stated", "instead"),
+    [('xyz="0 0 0.1"/>', 'xyz="0 0 high"/>'), ('xyz="0 0 0.1"/>', 'xyz="0 0.1"/>'), ('xyz="0 0 0.1"/>', 'rpy="nan 0 0"/>'),
+     ('radius="0.05"', 'radius="inf"'), ('radius="0.05"', "")],
+)  # fmt: skip
+def test_a_malformed_number_is_not_guessed(file, stated, instead):
+    head, hand = URDF.split('<link name="hand">')
+    assert stated in hand
+    file.write_text(f'{head}<link name="hand">{hand.replace(stated, instead, 1)}')
+    assert [link for link, _ in link_shapes(load_arm(file, tip="hand"))] == [-1, 0, 1]

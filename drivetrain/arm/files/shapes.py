@@ -33,42 +33,44 @@ def link_shapes(arm: Arm) -> list[tuple[int, Triangles]]:
         return []
     if root is None or root.tag != "robot":
         return []
-    found, reader = [], Reader(arm.file)
+    found = []
     for link in root.findall("link"):
         name = link.get("name", "")
         if name not in arm.frames or arm.frames[name][0] not in (*arm.link_names, ""):
             continue  # link of another root, or of a linkage
         carrier, frame = arm.link_index(name), arm.link_frame(name)
         for kind in ("visual", "collision"):
-            elements = link.findall(kind)
-            shapes = [(origin_of(reader, one, name), _read(one.find("geometry"), Path(arm.file))) for one in elements]
-            known = [(frame @ origin, shape) for origin, shape in shapes if shape is not None]
+            known = [shape for one in link.findall(kind) if (shape := _shape(one, Path(arm.file))) is not None]
+            for origin, (points, faces) in known:
+                at = frame @ origin
+                found.append((carrier, (points @ at[:3, :3].T + at[:3, 3], faces)))
             if known:
-                found += [(carrier, (points @ at[:3, :3].T + at[:3, 3], faces)) for at, (points, faces) in known]
                 break
     return found
 
 
-def _numbers(element: ElementTree.Element, name: str, default: str) -> Array:
-    return np.array([float(word) for word in element.get(name, default).split()])
+def _shape(element: ElementTree.Element, file: Path) -> tuple[Array, Triangles] | None:
+    """Frame of a shape in that of its link, (4, 4), and the shape in its own frame; None if they cannot be read."""
+    reader = Reader(str(file))
+    try:
+        origin, shape = origin_of(reader, element, ""), _geometry(reader, element.find("geometry"), file)
+    except (ValueError, InputError):
+        return None
+    return None if shape is None or reader.faults.found else (origin, shape)
 
 
-def _read(geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
-    """One shape in its own frame; None if it cannot be read."""
+def _geometry(reader: Reader, geometry: ElementTree.Element | None, file: Path) -> Triangles | None:
     for one in [] if geometry is None else geometry:
-        try:
-            if one.tag == "mesh":
-                path = mesh_path(one.get("filename", ""), file)
-                return None if path is None else _coarse(path, tuple(_numbers(one, "scale", "1 1 1").tolist()))
-            if one.tag == "box":
-                return box(_numbers(one, "size", ""))
-            radius, length = float(one.get("radius", "")), float(one.get("length", "0"))
-        except (ValueError, InputError):
-            return None
+        if one.tag == "mesh":
+            path, scale = mesh_path(one.get("filename", ""), file), reader.numbers(one, "scale", "", [1.0] * 3)
+            return None if path is None else _coarse(path, tuple(scale.tolist()))
+        if one.tag == "box" and reader.text(one, "size", ""):
+            return box(reader.numbers(one, "size", "", [0.0] * 3))
         if one.tag == "cylinder":
+            radius, length = reader.number(one, "radius", ""), reader.number(one, "length", "")
             return _stacked([(radius * ROUND, side) for side in (-length / 2, length / 2)])
         if one.tag == "sphere":
-            tilts = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 7)
+            radius, tilts = reader.number(one, "radius", ""), np.linspace(-0.5 * np.pi, 0.5 * np.pi, 7)
             return _stacked([(radius * np.cos(a) * ROUND, radius * np.sin(a)) for a in tilts])
     return None
 

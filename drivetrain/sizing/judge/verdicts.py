@@ -126,7 +126,7 @@ def bus_of(study: Study, power: Array) -> BusPeak:
     supply, cycle = study.supply, study.cycle
     if supply.capacity is None:
         return BusPeak(math.nan, 0, math.nan, math.nan)
-    if supply.always_burns:
+    if supply.resistor_always_on:
         return BusPeak(math.inf, 0, math.inf, math.inf)
     bus = supply.voltage, supply.capacity, supply.threshold or math.inf, supply.resistance or math.inf
     rows = [(np.ascontiguousarray(cycle.time[part]), np.ascontiguousarray(power[part])) for part in cycle.parts]
@@ -175,7 +175,7 @@ def supply_checks(
 
 def _supply_words(supply: Supply, row: Requirement, bus: BusPeak) -> str:
     """Source and remark of a check of the supply."""
-    if supply.always_burns and row.required in ("braking_power", "bus_voltage"):
+    if supply.resistor_always_on and row.required in ("braking_power", "bus_voltage"):
         return f"the source of {supply.voltage:.6g} V is above the threshold: the brake resistor never goes off"
     if row.limit == "braking_power" and getattr(supply, row.limit) is None:
         whole = "the voltage of the bus decides whether its capacity and the resistor are enough"

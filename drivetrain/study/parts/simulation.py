@@ -52,11 +52,11 @@ def read_effects(value: Any, place: str = "") -> tuple[str, ...]:
     """Effects by their names, or one of ``WORDS``; raises InputError with all unknown names."""
     if value in WORDS:
         return () if value == "none" else (value,)
-    names = [value] if isinstance(value, str) else value
+    names, known = ([value], ALLOWED) if isinstance(value, str) else (value, KNOWN_EFFECTS)
     if not isinstance(names, list | tuple):
         raise refused("must be auto, all, none, or a list of effects", ", ".join(KNOWN_EFFECTS))
     unknown = [str(name) for name in names if str(name) not in KNOWN_EFFECTS]
-    raise_faults(Fault(place, "is no effect of a study", name, nearest(name, ALLOWED)) for name in unknown)
+    raise_faults(Fault(place, "is no effect of a study", name, nearest(name, known)) for name in unknown)
     return tuple(dict.fromkeys(names))
 
 
