@@ -151,9 +151,9 @@ def whole_name(place: str, what: str, short: str, names: Iterable[str], faults: 
 
 
 def whole_names(place: str, what: str, wanted: Iterable[str], names: Iterable[str]) -> list[str]:
-    """Full names for abbreviations, as ``whole_name``; raises ``InputError`` with all unknown and ambiguous ones."""
+    """Full names for abbreviations, or for one; raises ``InputError`` with all unknown and ambiguous ones."""
     faults, known = list[Fault](), list(names)
-    found = [whole_name(place, what, one, known, faults) for one in wanted]
+    found = [whole_name(place, what, one, known, faults) for one in ([wanted] if isinstance(wanted, str) else wanted)]
     raise_faults(faults)
     return found
 

@@ -168,7 +168,7 @@ NAMES = ["shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_jo
     ("short", "whole"), [("elbow", "elbow_joint"), ("Pan", "shoulder_pan_joint"), ("1", "wrist_1_joint")]
 )
 def test_a_name_cut_short_is_the_only_one_it_can_be(short: str, whole: str) -> None:
-    assert whole_names("--joint", "joint", [short], NAMES) == [whole]
+    assert whole_names("--joint", "joint", [short], NAMES) == whole_names("joints", "joint", short, NAMES) == [whole]
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def warnings(found: Evidence) -> list[str]:
     ends = [np.mean(found.measured == end(found.measured, axis=0), axis=0) for end in (np.min, np.max)]
     limited = np.where(constant, 0.0, np.maximum(*ends))
     lines += [
-        f"the torque of {name} is at its largest value in {100.0 * share:.2g} % of the samples: is it limited?"
+        f"the torque of {name} has one extreme value in {100.0 * share:.2g} % of the samples: is it limited?"
         for name, share in zip(names, limited, strict=True) if share > SATURATED
     ]  # fmt: skip
     ratio = found.errors["identified"] / found.errors["measured"].where(found.errors["measured"] > 0.0)

@@ -88,7 +88,8 @@ def test_what_cannot_be_read_has_no_shape(file):
 
 @pytest.mark.parametrize(
     ("stated", "instead"),
-    [('xyz="0 0 0.1"/>', 'xyz="0 0 high"/>'), ('xyz="0 0 0.1"/>', 'xyz="0 0.1"/>'), ('xyz="0 0 0.1"/>', 'rpy="nan 0 0"/>'),
+    [('xyz="0 0 0.1"/>', 'xyz="0 0 high"/>'), ('xyz="0 0 0.1"/>', 'xyz="0 0.1"/>'),
+     ('xyz="0 0 0.1"/>', 'rpy="nan 0 0"/>'),
      ('radius="0.05"', 'radius="inf"'), ('radius="0.05"', "")],
 )  # fmt: skip
 def test_a_malformed_number_is_not_guessed(file, stated, instead):

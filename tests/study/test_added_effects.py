@@ -17,7 +17,7 @@ from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.errors import InputError
 from drivetrain.simulation.study_scene import SceneOptions
 from drivetrain.study.form import attribute_words, form_of
-from drivetrain.study.parts.simulation import drive_fields, known_effects
+from drivetrain.study.parts.simulation import drive_fields, known_effects, read_effects
 from drivetrain.units import factor
 
 # Other tests define effects of their own, which are known too once their modules are imported.
@@ -155,3 +155,26 @@ def test_editors_could_know_them(name: str) -> None:
     assert set(form_of(kind).model_json_schema()["properties"]) == {one.name for one in fields(kind)} or drive_fields(
         kind
     )
+
+
+@pytest.mark.parametrize(
+    ("value", "names"),
+    [("all", ("all",)), ("none", ()), ([], ()), ("springs", ("springs",)), (["heat", "heat"], ("heat",))],
+)
+def test_effects_by_name(value: Any, names: tuple[str, ...]) -> None:
+    assert read_effects(value) == names
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("heet", r"found 'heet'\); did you mean 'heat'"),
+        ("non", r"did you mean 'none'"),
+        (["heat", "all"], r"found 'all'\); known: amplifier_sampling"),  # a word stands by itself
+        (["heet", "spring"], r"(?s)'heet'.*'spring'"),
+        ({"heat": 1}, "must be auto, all, none, or a list of effects"),
+    ],
+)
+def test_unknown_effects_are_errors(value: Any, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        read_effects(value, "effects")

@@ -93,7 +93,7 @@ def study_loops(
     Example: ``dt.study_loops(dt.evaluate(study)).joints[0].design.speed_gain``
     """
     if joints is not None:
-        joints = whole_names("joints", "joint of the study", list(joints), list(evaluation.joints))
+        joints = whole_names("joints", "joint of the study", joints, evaluation.joints)
     settings = evaluation.study.simulation
     if current_bandwidth is not None:
         settings = replace(settings, current_bandwidth=current_bandwidth)
