@@ -1,7 +1,8 @@
-"""Display of results in notebooks: tables and axes; slow imports are made only when needed."""
+"""Display of results and data sheets: texts, tables and axes; slow imports are made only when needed."""
 
 from __future__ import annotations
 
+from dataclasses import MISSING, fields
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_ROWS = 30  # largest number of rows shown
+
+
+class DataSheet:
+    """Base of data classes with many fields: their text lists those that differ from the defaults."""
+
+    def __repr__(self) -> str:
+        own: Any = self
+        stated = []
+        for field in fields(own):
+            value, default = getattr(self, field.name), field.default
+            if default is MISSING or value != default:
+                stated.append(f"{field.name}={value!r}")
+        return f"{type(self).__name__}({', '.join(stated)})"
 
 
 def shown(title: str, table: pd.DataFrame) -> str:

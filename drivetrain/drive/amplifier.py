@@ -20,6 +20,7 @@ from drivetrain.drive.linear_interval import mean_square
 from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, member_of, raise_faults
 from drivetrain.jit import FAST, kernel, law
+from drivetrain.notebook import DataSheet
 from drivetrain.records import known
 from drivetrain.units import Capacitance, Current, Duration, Efficiency, Power, Resistance, Voltage
 
@@ -46,8 +47,8 @@ _LIMITS = (
 )
 
 
-@dataclass(frozen=True)
-class Amplifier:
+@dataclass(frozen=True, repr=False)
+class Amplifier(DataSheet):
     """Limits of one joint's amplifier; None where unknown.
 
     Attributes:
@@ -97,8 +98,8 @@ _SHEET_RANGES = {
 }
 
 
-@dataclass(frozen=True)
-class AmplifierSheet:
+@dataclass(frozen=True, repr=False)
+class AmplifierSheet(DataSheet):
     """An amplifier's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Attributes:

@@ -9,6 +9,7 @@ from typing import Any
 from drivetrain.drive.ranges import NOT_NEGATIVE, POSITIVE, range_faults
 from drivetrain.errors import Fault, nearest, raise_faults
 from drivetrain.jit import law
+from drivetrain.notebook import DataSheet
 
 BRAKE_KINDS = ("spring", "permanent_magnet")
 BRAKE_SIDES = ("motor", "output")
@@ -18,8 +19,8 @@ _NOT_NEGATIVE = ("inertia", "release_time", "engage_time", "backlash", "price")
 _RANGES = {**dict.fromkeys(_POSITIVE, POSITIVE), **dict.fromkeys(_NOT_NEGATIVE, NOT_NEGATIVE)}
 
 
-@dataclass(frozen=True)
-class Brake:
+@dataclass(frozen=True, repr=False)
+class Brake(DataSheet):
     """A holding brake's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Attributes:

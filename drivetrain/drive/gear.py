@@ -14,6 +14,7 @@ from drivetrain.drive.friction import direction, side
 from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.jit import law
+from drivetrain.notebook import DataSheet
 from drivetrain.records import as_record, known, known_or
 
 HOLDING = {"least": -1.0, "lossless": 0.0, "most": 1.0}
@@ -47,8 +48,8 @@ _RANGES = {
 }
 
 
-@dataclass(frozen=True)
-class Gear:
+@dataclass(frozen=True, repr=False)
+class Gear(DataSheet):
     """A gear's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Torques and stiffnesses are at the output, speeds and inertia at the input.

@@ -19,6 +19,7 @@ from drivetrain.drive.ranges import EFFICIENCY, NOT_NEGATIVE, POSITIVE, TEMPERAT
 from drivetrain.drive.thermal.exponentials import first, second
 from drivetrain.errors import Fault, Faults, InputError, nearest, raise_faults
 from drivetrain.jit import kernel, law
+from drivetrain.notebook import DataSheet
 from drivetrain.records import known_or
 
 Values = TypeVar("Values", float, Array)
@@ -44,8 +45,8 @@ _RANGES = {
 _REQUIRED = ("resistance", "torque_constant", "reference_temperature", "magnet_coefficient")
 
 
-@dataclass(frozen=True)
-class Motor:
+@dataclass(frozen=True, repr=False)
+class Motor(DataSheet):
     """A motor's data sheet; None if the data sheet gives no value (unknown is never zero).
 
     Attributes:

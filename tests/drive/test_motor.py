@@ -32,6 +32,11 @@ def test_the_sheet_agrees_with_its_own_redundancy() -> None:
     assert law.speed_torque_gradient(DCX22) == pytest.approx(3550.0, rel=0.01)
 
 
+def test_its_text_lists_what_the_sheet_states_and_makes_it_again() -> None:
+    assert "peak_current" not in repr(DCX22) and "inductance=0.000746" in repr(DCX22)
+    assert eval(repr(DCX22)) == DCX22
+
+
 def test_predictions_need_a_nominal_voltage() -> None:
     bare = Motor("bare", 1.0, 0.1)
     assert law.stall_torque(bare) is law.stall_current(bare) is law.no_load_speed(bare) is None
