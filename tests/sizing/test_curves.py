@@ -14,7 +14,7 @@ from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
 from drivetrain.errors import InputError
 from drivetrain.sizing.answers import curve
-from drivetrain.sizing.answers.curve import optimum_curve
+from drivetrain.sizing.answers.curve import check_curve, optimum_curve
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import Vary
 from drivetrain.study.change import TaskChange, changed
@@ -129,6 +129,8 @@ def test_wrong_input_is_told(make):
     ):
         with pytest.raises(InputError, match=word):
             optimum_curve(study, *arguments)
+    for vary, low in (("payload", 0.0), ("cycle_time", 1e-3), ("voltage", 1e-3), ("ambient", -40.0)):
+        check_curve(study, vary, (low, low + 1e-3))  # as near to what is refused
     with pytest.raises(InputError, match="part"):
         optimum_curve(study, "payload", (0.0, 1.0), payload="prt")
     for wrong in ([], "", 3):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +14,18 @@ from crank_arm import short_crank, two_links
 from drivetrain.errors import InputError
 from drivetrain.report.verdict_lines import fastest_lines, motion_csv
 from drivetrain.sizing.answers import fastest as answer
-from drivetrain.sizing.answers.fastest import FACTOR_TOLERANCE, Fastest, _scaled_moves, fastest, moves_of, retimed
+from drivetrain.sizing.answers.fastest import (
+    FACTOR_TOLERANCE,
+    Fastest,
+    _rebuilt,
+    _repaired,
+    _scaled_moves,
+    fastest,
+    moves_of,
+    retimed,
+)
 from drivetrain.sizing.judge.evaluate import evaluate, given_drives
+from drivetrain.sizing.results import Evaluation
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.model import Stop, Study
 from drivetrain.study.parts.verdicts import Verdict
@@ -189,6 +201,49 @@ def test_a_linkage_runs_no_faster_than_its_stops_reach(monkeypatch: pytest.Monke
     monkeypatch.setattr(answer, "FACTOR_TOLERANCE", 0.05)  # fewer evaluations
     least = answer._min_factor(slow, given_drives(slow, ("M", "G")), moves_of(slow.cycle)[0])
     assert 0.25 < least < 1.0
+
+
+def test_a_rebuilt_cycle_is_its_rests_with_other_moves_between(make: SimpleNamespace) -> None:
+    """Two moves that share a rest, then a dwell, on numbers that fit no motion; row by row."""
+    rng = np.random.default_rng(3)
+    time = np.array([0.5, 0.9, 1.4, 2.0, 2.3, 2.9, 3.6, 3.8, 4.7, 5.9])
+    q, qd, qdd = rng.normal(size=(3, 10, 2))
+    old = make.arm_cycle(time, q, qd, qdd, np.arange(10) % 2, ("a", "b"))
+    old = replace(old, segment=np.arange(10) // 4, segment_names=("x", "y", "z"))
+    moves = [slice(0, 4), slice(3, 8)]
+    samples = [np.array([1, 1, 2, 3, 3]), np.array([4, 5, 7])]
+    paths: list[Any] = [SimpleNamespace(position=rng.normal(size=(len(one), 2)), sample=one) for one in samples]
+    spans = [np.array([0.0, 0.1, 0.3, 0.4, 0.7]), np.array([0.0, 0.2, 0.5])]
+    blocks = [(span, *rng.normal(size=(2, len(span), 2))) for span in spans]
+    made, found = _rebuilt(old, moves, paths, blocks)
+    first, second = ([(path.position[i], block[1][i], block[2][i], int(path.sample[i])) for i in range(len(block[0]))]
+                     for path, block in zip(paths, blocks, strict=True))  # fmt: skip
+    begin, middle, end = ((q[i], qd[i], np.zeros(2), i) for i in (0, 3, 7))
+    rows = [begin, *first, middle, *second, end, *((q[i], qd[i], qdd[i], i) for i in (8, 9))]
+    for k, (position, velocity, acceleration, source) in enumerate(rows):
+        np.testing.assert_array_equal(made.position[k], position)
+        np.testing.assert_array_equal(made.velocity[k], velocity)
+        np.testing.assert_array_equal(made.acceleration[k], acceleration)
+        assert (made.payload[k], made.segment[k]) == (old.payload[source], old.segment[source])
+    instants = [0.5, *(0.5 + spans[0]), 1.2, *(1.2 + spans[1]), 1.7, 1.7 + 0.9, 1.7 + 2.1]
+    np.testing.assert_allclose(made.time, instants, rtol=1e-12)
+    assert found == [slice(0, 7), slice(6, 11)] and made.parts == (slice(0, 13),)
+
+
+def test_a_move_that_fails_beside_others_is_slowed_until_it_holds(study: Study) -> None:
+    """And no other: from a little less than the smallest factor of each move, one move at a time."""
+    moves = moves_of(study.cycle)
+    least = _scaled_moves(study, DRIVES, study.cycle, moves).edges
+
+    def at(pace: np.ndarray) -> Evaluation:
+        return evaluate(replace(study, cycle=retimed(study.cycle, moves, pace)), DRIVES)
+
+    for index in range(len(moves)):
+        start = least.copy()
+        start[index] *= 1.0 - 15.0 * FACTOR_TOLERANCE
+        found = _repaired(at, moves, start)
+        assert np.flatnonzero(found != start).tolist() == [index]
+        assert 1.0 - 2.0 * FACTOR_TOLERANCE <= found[index] / least[index] <= 1.0 + 6.0 * FACTOR_TOLERANCE
 
 
 def test_moves_are_timed_within_where_no_heat_binds(study: Study, tmp_path: Path) -> None:

@@ -12,7 +12,16 @@ from built_sample import built
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.tolerance import sampling
 from drivetrain.sizing.tolerance.draws import Draws, deviated, drawn, streamed
-from drivetrain.sizing.tolerance.sampling import NAMES, candidate, figures_of, judged, nominal_of
+from drivetrain.sizing.tolerance.monte_carlo import robustness
+from drivetrain.sizing.tolerance.sampling import (
+    ARM_NAMES,
+    NAMES,
+    SUPPLY_NAMES,
+    candidate,
+    figures_of,
+    judged,
+    nominal_of,
+)
 from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 
 ALL = Tolerances(
@@ -90,3 +99,25 @@ def test_samples_come_in_the_same_stream_however_many_at_once(make):
     for name in ("factors", "ambient", "payload"):
         np.testing.assert_array_equal(np.concatenate([getattr(part, name) for part in parts]), getattr(whole, name))
     assert deviated(study, 2, {}).ambient.tolist() == [study.ambient] * 2
+
+
+@pytest.mark.parametrize("kind", TASKS.KINDS)
+def test_probabilities_are_the_shares_of_the_samples(make, kind):
+    """Of every check, joint, the supply and the arm, counted once more from the same samples."""
+    study, drives = case(make, kind, 3)
+    found = robustness(evaluate(study, drives), samples=40, seed=5)
+    (part,) = judged(candidate(nominal_of(study), drives), drawn(study, 40, 5))
+    tables = [(task.name, part.joints[:, i], NAMES) for i, task in enumerate(study.joints)]
+    tables += [("supply", part.supply, SUPPLY_NAMES), ("arm", part.arm, ARM_NAMES)]
+    for (place, used, names), failed in zip(tables, part.failed.T, strict=True):
+        made = np.flatnonzero(~np.isnan(used).all(axis=0)).tolist()
+        if not made:
+            assert place not in found.checks
+            continue
+        shares = {names[k]: sum(used[:, k] <= 1.0) / 40 for k in made}
+        assert {name: one.probability for name, one in found.checks[place].items()} == pytest.approx(shares)
+        assert found.joints[place].probability == pytest.approx(1.0 - failed.mean())
+        assert found.utilisations[place].keys() == shares.keys()
+        for k in made:  # the 2nd, 20th and 38th of 40 in order
+            assert found.utilisations[place][names[k]] == tuple(np.sort(used[:, k])[[1, 19, 37]].tolist())
+    assert found.whole.probability == pytest.approx(part.feasible.mean())
