@@ -56,6 +56,24 @@ def test_a_drive_with_stages_and_no_gear_has_an_empty_gear() -> None:
         live.result({"drives": asked, "ratios": {"joint_1": 3.0}})
 
 
+def test_two_motors_of_an_axis_are_changed_together() -> None:
+    time = np.linspace(0.0, 2.0, 101)
+    motor = {"kind": "brushless", "current_basis": "dc", "winding_basis": "line_line", "resistance": 0.3, "mass": 2.0,
+             "torque_constant": 0.5, "rotor_inertia": 1e-3, "peak_current": 60.0, "nominal_current": 20.0}  # fmt: skip
+    gears = {f"G{ratio}": {"ratio": ratio, "kind": "planetary", "efficiency": 0.9, "mass": 1.0} for ratio in (20, 30)}
+    study = dt.study(
+        "planar-2r-bare", (time, np.sin(np.pi * time)[:, None] ** 2 * [0.2, 0.1]), supply=48.0, drive_mass="added",
+        motors={"M": motor, "L": motor | {"mass": 1.0}}, gears=gears, drives=("M", "G20"), stop={"ramp": 0.3},
+        joints={"default": {"output_bearing": "external"}, "joint_2": {"motors": 2}},
+    )  # fmt: skip
+    live = LivePage(study, dt.evaluate(study))
+    asked = {name: list(pair[:2]) for name, pair in live.answer({})["drives"].items()}
+    assert [*asked] == ["joint_1", "joint_2"]
+    found = live.result({"drives": asked | {"joint_2": ["L", "G20"]}, "ratios": {"joint_2": 30.0}})
+    assert used(found) == pytest.approx(used(dt.evaluate(study, {"joint_2": ("L", "G30")})))
+    assert found.joints["joint_2_motor_2"].drive.gear.ratio == 30.0
+
+
 def test_numbers_are_those_of_evaluate_for_the_changed_study(live: LivePage, drives: dict[str, list[str]]) -> None:
     study = live.study
     payload = next(one for one in live.controls.values() if one.payload)
