@@ -196,7 +196,7 @@ def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: 
     lasting = np.append(np.diff(time) > 0.0, True)  # of several samples at one instant, the last one
     time, rows = time[lasting], {name: one[lasting] for name, one in rows.items()}
     numbers, position, velocity = {}, {}, {}
-    cycle, names = evaluation.study.cycle, [task.name for task in evaluation.study.joints]
+    cycle, names = evaluation.study.cycle, evaluation.study.joint_names
     for name in evaluation.joints:
         numbers[name] = faults.attempt(in_scale, rows[name]["current [A]"].to_numpy(), scales[name], name, time)
         moves = (one[:, names.index(name)] for one in (cycle.position, cycle.velocity))

@@ -174,7 +174,7 @@ def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axi
             with a gear of unknown stiffness.
     """
     study = evaluation.study
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     (joint,) = whole_names("joint", "joint of the study", [joint], names)
     index = names.index(joint)
     task, judged = study.joints[index], evaluation.joints[joint]

@@ -195,7 +195,7 @@ def overall_sentence(evaluation: Evaluation) -> str:
     found = evaluation.binding
     if found is None and evaluation.verdict is Verdict.FAIL:
         reason = next(check.remark or check.name for check in evaluation.shared if check.verdict is Verdict.FAIL)
-        named = reason.partition(" ")[0] in {task.name for task in evaluation.study.joints}
+        named = reason.partition(" ")[0] in evaluation.study.joint_names
         return f"{reason if named else reason[0].upper() + reason[1:]}."
     if found is None:
         return NOTHING

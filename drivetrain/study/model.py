@@ -458,6 +458,11 @@ class Study:
         return np.full_like(ambient, self.gear_temperature, dtype=np.float64)
 
     @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints in order."""
+        return tuple(task.name for task in self.joints)
+
+    @property
     def given_drives(self) -> dict[str, tuple[str, str]]:
         """Keys of the given (motor, gear) by joint name; joints whose drive is to be chosen are left out."""
         return {task.name: task.drive for task in self.joints if task.drive is not None}

@@ -150,7 +150,7 @@ def _front_tables(found: Front, chosen: DriveSet | None) -> tuple[SheetTable, ..
 def _drives_table(study: Study, first: str, title: str, sets: Iterable[dict[str, Pair]]) -> SheetTable:
     """Table of the drives of sets by joint; a drive equal to that in the row above is not repeated."""
     title += " (same: as in the row above)"
-    names, rows, before = [task.name for task in study.joints], [], dict[str, Pair]()
+    names, rows, before = study.joint_names, [], dict[str, Pair]()
     for index, drives in enumerate(sets, 1):
         cells = [
             DASH if pair is None else "same" if before.get(name) == pair else pair_name(*pair)

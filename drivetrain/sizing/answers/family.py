@@ -237,9 +237,9 @@ def _members(studies: Sequence[Study], common: str) -> list[Study]:
     if not isinstance(studies, Sequence) or not studies or not all(isinstance(one, Study) for one in studies):
         raise InputError(Fault("studies", "must be a list of studies", type(studies).__name__))
     first, faults = studies[0], []
-    names = [task.name for task in first.joints]
+    names = first.joint_names
     for i, one in enumerate(studies):
-        own = [task.name for task in one.joints]
+        own = one.joint_names
         if own != names:
             faults.append(Fault(f"studies[{i}]", f"must have the joints {', '.join(names)}", ", ".join(own)))
         elif drives := [a.name for a, b in zip(one.joints, first.joints, strict=True) if a.drive != b.drive]:

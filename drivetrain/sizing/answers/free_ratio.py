@@ -144,7 +144,7 @@ def goal_of(goal: Goal | str) -> Goal:
 
 
 def _design(study: Study, goal: Goal, wanted: Mapping[str, FreeRatio], drives: Mapping[str, Pair]) -> ArmDesign:
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     faults: list[Fault] = []
     wanted = by_joint("free", wanted, names, faults)
     if not wanted:

@@ -198,7 +198,7 @@ def ratio_study(
     Raises:
         InputError: Joints, motors or gears are unknown, a joint has no drive, or a ratio is not positive.
     """
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     [joint] = whole_names("joint", "joint of the study", [joint], names)
     index, own = names.index(joint), (drives or {}).get(joint, study.joints[names.index(joint)].drive) or ("", "")
     wanted = (own[0] if motor is None else motor, own[1] if gear is None else gear)

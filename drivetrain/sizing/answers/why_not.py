@@ -207,7 +207,7 @@ def _named(study: Study, joint: str | None, motor: str | None, gear: str | None)
     """The joint and the catalogue keys by their names; InputError with all faults."""
     faults: list[Fault] = []
     if joint is not None:
-        joint = whole_name("joint", "joint of the study", joint, [task.name for task in study.joints], faults)
+        joint = whole_name("joint", "joint of the study", joint, study.joint_names, faults)
     if motor is None and gear is None:
         hint = "by its key or part number in the catalogue"
         faults.append(Fault("part", "name a motor, a gear or both", hint=hint))

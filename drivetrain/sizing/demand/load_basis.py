@@ -209,7 +209,7 @@ def rides(study: Study, joint: int, drive: int) -> bool:
 def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
     """The drives that may load a joint, or its shaft if motors are coupled."""
     assert study.arm is not None
-    names, linkage = [task.name for task in study.joints], study.arm.linkage
+    names, linkage = study.joint_names, study.arm.linkage
     carriers = [carrier_link(study.arm, k, task.mount) for k, task in enumerate(study.joints)]
     coupled = study.joints[joint].coupled
     if linkage is not None:

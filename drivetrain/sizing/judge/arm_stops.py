@@ -380,7 +380,7 @@ def _check(
 
     If a data sheet gives no limit, an assumed one is used; what exceeds that is NOT CHECKED.
     """
-    names, largest = [task.name for task in study.joints], torques.max(axis=0)
+    names, largest = study.joint_names, torques.max(axis=0)
     assumed, allowed = np.array([one is None for one in limits]), _with_assumed(limits, least)
     used = np.array([utilisation(factor * one, limit) for one, limit in zip(largest, allowed, strict=True)])
     fails = (used > 1.0) & ~assumed

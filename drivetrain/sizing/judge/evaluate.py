@@ -79,7 +79,7 @@ def evaluate_drives(study: Study, drives: Mapping[str, Drive]) -> Evaluation:
     Raises:
         InputError: Unknown joints, or a joint without a drive.
     """
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     unknown = [name for name in drives if name not in names]
     faults = [Fault(f"drives.{name}", "is no joint", name, nearest(name, names)) for name in unknown]
     faults += [Fault(f"joints.{name}", "has no drive") for name in names if name not in drives]
@@ -126,7 +126,7 @@ def evaluation_of(study: Study, results: dict[str, JointResult], shared: tuple[C
 
 def given_drives(study: Study, drives: Mapping[str, Given] | Given, *, every: bool = True) -> dict[str, Pair]:
     """The drive of every joint: the caller's, else the study's; ``every``: whether a joint must have one."""
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     if isinstance(drives, tuple) and len(drives) == 2 and all(one is None or isinstance(one, str) for one in drives):
         drives = dict.fromkeys(names, drives)
     if not isinstance(drives, Mapping):

@@ -66,7 +66,7 @@ def _of_weights(options: SelectionOptions) -> Iterator[Fault]:
 
 
 def _of_groups(study: Study, options: SelectionOptions) -> Iterator[Fault]:
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     for group in options.same_family:
         for name in group:
             if name not in names:

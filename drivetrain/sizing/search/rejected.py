@@ -153,7 +153,7 @@ class Rejected(Sequence[RejectedPair]):
         required, available, used, share = numbers.T
         return pd.DataFrame(
             {
-                "joint": categories(joint, [task.name for task in offered.study.joints]),
+                "joint": categories(joint, offered.study.joint_names),
                 "motor": categories(motor, list(offered.motors)), "gear": categories(gear, list(offered.gears)),
                 "check": categories(label, list(LABELS)), "required": required, "available": available,
                 "unit": categories(unit, units), "utilisation": used, "objective": share,

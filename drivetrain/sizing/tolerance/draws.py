@@ -83,7 +83,7 @@ def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> 
 
     ``deviations``: of some sources, in the unit of their tolerance, (samples,) each; all others are nominal.
     """
-    names = [task.name for task in study.joints]
+    names = study.joint_names
     bodies = [body.name for body in study.payloads]
     factors = np.ones((samples, len(names), len(PARTS)))
     ambient, payload = np.full(samples, study.ambient), np.ones((samples, len(bodies)))

@@ -164,7 +164,7 @@ class _Tally:
 
 
 def _result(evaluation: Evaluation, run: tuple[int, int], tally: _Tally, used: dict[str, Array]) -> Robustness:
-    (samples, seed), names = run, [task.name for task in evaluation.study.joints]
+    (samples, seed), names = run, evaluation.study.joint_names
     tables = {name: (used["joints"][:, i], tally.checks[i], NAMES) for i, name in enumerate(names)}
     tables |= {place: (used[place], tally.shared[place], labels) for place, labels in SHARED.items()}
     checks, spread, whole = {}, {}, {}

@@ -90,7 +90,7 @@ class ChanceConstraint:
         self.trials[pairs] = trial
         self.counters["sets drawn"] += 1
         if trial.joint:
-            joint = [task.name for task in self.base.study.joints].index(trial.joint)
+            joint = self.base.study.joint_names.index(trial.joint)
             self.failing.setdefault((joint, self.problem.load_key(joint, pairs)), set()).add(pairs[joint])
         self.counters["sets too near to decide"] += trial.decision is Decision.OPEN
         return trial.decision is Decision.HOLDS
@@ -127,7 +127,7 @@ def run_trial(ready: Candidate, drives: DriveSet, probability: float, error: flo
 
     Half of the error probability is for the set, the other half for its joints.
     """
-    study, names = ready.study, [task.name for task in ready.study.joints]
+    study, names = ready.study, ready.study.joint_names
     feasible = samples = tests = 0
     feasible_by_joint = np.zeros(len(names), dtype=np.int64)
     count, decision = FIRST_SAMPLES, Decision.OPEN

@@ -141,7 +141,7 @@ def common_parts(candidates: Candidates, options: SelectionOptions) -> tuple[Com
         # Two catalogue rows may share a key, so keys are numbered, not rows.
         numbered = np.where(np.array(candidates.gears) == "", NO_PART, _numbered(candidates.gears))
         found.append(CommonParts("gear types", numbered[gear], every, options.most_gear_types))
-    names, catalog = [task.name for task in candidates.study.joints], candidates.study.catalog
+    names, catalog = candidates.study.joint_names, candidates.study.catalog
     for group in options.same_family:
         joints, listed = tuple(names.index(name) for name in group), ", ".join(group)
         motors = _numbered([family(catalog.motors[key]) for key in candidates.motors])
