@@ -8,8 +8,8 @@ LOWEST := .venv-lowest
 LOWEST_TESTS := tests/test_jit.py::test_a_change_of_any_imported_source_is_seen tests/test_units.py \
 	tests/catalog tests/study/test_load.py tests/study/test_validate.py tests/study/test_document.py \
 	tests/drive/test_loop_design.py tests/drive/test_heat.py tests/dynamics/test_newton_euler.py \
-	tests/solvers/test_integrate.py tests/spatial/test_rigid_body.py tests/sizing/test_evaluate.py \
-	tests/sizing/test_search.py tests/report/test_page.py tests/report/test_charts.py tests/report/test_plotting.py
+	tests/solvers/test_integrate.py tests/spatial/test_rigid_body.py tests/sizing/judge/test_evaluate.py \
+	tests/sizing/search/test_search.py tests/report/test_page.py tests/report/test_charts.py tests/report/test_plotting.py
 
 # Set, what `make lock` wrote is installed, file by file: the same bytes again, on the platform it was written on.
 LOCKED ?=

@@ -60,8 +60,8 @@ OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly", "-n0", "-W
 PER_TEST, PER_FILE, PER_MUTANT = 2.0, 9.0, 30.0  # s of a processor
 # Most figures by formulas of their own: asked first where they call a law.
 WIDE = (
-    "sizing/test_figures_written_out.py", "sizing/test_random_axes.py", "sizing/test_special_axes.py",
-    "sizing/test_what_sheets_hide.py", "agreement/test_verdicts.py",
+    "sizing/judge/test_figures_written_out.py", "sizing/judge/test_random_axes.py", "sizing/judge/test_special_axes.py",
+    "sizing/judge/test_what_sheets_hide.py", "agreement/test_verdicts.py",
 )  # fmt: skip
 
 
@@ -236,7 +236,7 @@ def map_tests(out: Path, folders: tuple[str, ...], plain: bool) -> None:
     prepare(plain)
     told: dict[str, Any] = {}
     places = [ROOT / "tests" / one for one in folders]
-    for path in [one for place in places for one in ([place] if place.suffix else sorted(place.glob("test_*.py")))]:
+    for path in [one for place in places for one in ([place] if place.suffix else sorted(place.rglob("test_*.py")))]:
         kept = HERE / f".map-{os.getpid()}"
         if (child := os.fork()) == 0:
             watch = _Watch()

@@ -25,7 +25,7 @@ from drivetrain.study.parts.mounting import seated_rotor
 from drivetrain.study.parts.verdicts import Verdict
 from drivetrain.study.read import load_study
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "ur5_pick_and_place" / "study.yaml"
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "ur5_pick_and_place" / "study.yaml"
 MOMENTARY, CURRENT = "gear momentary peak torque", "current to stop"
 
 

@@ -28,7 +28,7 @@ from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Check, Verdict
 from drivetrain.study.read import load_study
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 OBJECTIVES = (
     (("mass", 1.0),),
     (("price", 1.0),),

@@ -19,7 +19,7 @@ from drivetrain.sizing.judge.vary import named_drives
 from drivetrain.study.parts.mounting import loaded_arm, rotor_ratio
 from drivetrain.study.read import load_study
 
-UR5 = Path(__file__).parents[2] / "examples" / "ur5_pick_and_place" / "study.yaml"
+UR5 = Path(__file__).parents[3] / "examples" / "ur5_pick_and_place" / "study.yaml"
 CLOSE = 1e-11  # of the largest: both sum some hundred numbers
 
 

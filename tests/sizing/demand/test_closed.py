@@ -29,7 +29,7 @@ from drivetrain.study.objects import study as dt_study
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.read import load_study
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "palletiser"
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "palletiser"
 
 
 def document(**changes):
