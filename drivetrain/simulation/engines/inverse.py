@@ -205,8 +205,9 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
     if not springs:
         return demand, ()
     step = DIFFERENCE_STEP * min(plan.scene.duration, 1.0)
-    # Where a command begins or ends in motion, the differences are taken inside the run; one at rest stays at rest.
-    first, last = (0.0 if resting(demand.speed)[k].all() else step for k in (0, -1))
+    # Where a command begins or ends in motion, the differences are taken inside the run, before the last instant, at
+    # which a command is at rest again; one at rest stays at rest.
+    first, last = (0.0 if resting(demand.speed)[k].all() else 1.001 * step for k in (0, -1))
     time = np.clip(demand.time, first, plan.scene.duration - last)
     speed, ahead = _wind_up_derivatives(plan, time, step)
     _, finer = _wind_up_derivatives(plan, time, 0.5 * step)
@@ -234,9 +235,12 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
     return replace(demand, motor_speed=turning, motor_torque=motor, current=current, voltage=voltage), tuple(events)
 
 
-def _before_end(plan: Plan, times: Array) -> Array:
-    """Times no later than just before the end of the run, where a command that ends in motion still moves."""
-    return np.minimum(times, np.nextafter(plan.scene.duration, 0.0))
+def _demanded_to_the_end(plan: Plan, times: Array) -> Demand:
+    """What a command requires; the last instant of one that ends in motion is just before its end, where it still
+    moves.
+    """
+    demand = demanded(plan, np.minimum(times, np.nextafter(plan.scene.duration, 0.0)))
+    return demanded(plan, times) if resting(demand.speed)[-1].all() else demand
 
 
 def _wind_up_derivatives(plan: Plan, time: Array, step: float) -> tuple[Array, Array]:
@@ -246,7 +250,7 @@ def _wind_up_derivatives(plan: Plan, time: Array, step: float) -> tuple[Array, A
     """
     wind_ups = []
     for shift in (-step, 0.0, step):
-        demands = demanded(plan, _before_end(plan, time + shift))
+        demands = demanded(plan, time + shift)
         wind_up = np.zeros_like(demands.mesh_torque)
         for i, shape in plan.body.springs.items():
             if shape.deflection is not None:
@@ -281,7 +285,7 @@ class Inverse(Engine):
             if given
         )
         times = recorded_times(plan.scene.duration, options.interval)
-        demand, events = with_springs(plan, demanded(plan, _before_end(plan, times)))
+        demand, events = with_springs(plan, _demanded_to_the_end(plan, times))
         raise_faults(
             fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)
         )
