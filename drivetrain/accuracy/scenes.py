@@ -149,7 +149,7 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
     effects, ratios = dict(built.effects), dict(zip(built.joints, ratios_of(built), strict=True))
     for task in study.joints:
         joint = evaluation.joints[task.name]
-        stated = task.sharing[0] if task.sharing else task.name  # what the study says of both motors of an axis
+        stated = task.axis_name  # what the study says of both motors of an axis
         control, teeth = settings.control.get(stated), settings.cogging.get(stated)
         if task.sharing and control is not None and control.integral_time is not None:
             problem = "cannot be combined with two motors on the axis, whose integrators would act against each other"

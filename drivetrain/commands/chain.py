@@ -115,7 +115,7 @@ def write_chosen(selection: Selection, target: Path) -> None:
     drives: dict[str, dict[str, str]] = {}
     for task in study.joints:
         joint, named = selection.evaluation.joints[task.name], dict[str, str]()
-        if task.sharing[1:] == (task.name,):  # the study names the drive of the two motors of an axis only once
+        if task.axis_name != task.name:  # the study names the drive of the two motors of an axis only once
             continue
         if task.drive is None:
             named = {"motor": bare_key(joint.drive.motor), "gear": _unstaged(study, joint.gear)}

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -210,7 +209,8 @@ def identify(
     held = problem.held(everything, weights)
     parameters = _parameter_table(columns, found, held, problem.scale, distinct, covariance, base)
     held_out = np.concatenate(problem.held_out(columns.prior - columns.least, bodies)) * spread
-    errors = _error_table(before, held_out, gap, measured, used, arm)
+    kept = np.concatenate([fold.samples for fold in problem.folds])
+    errors = _error_table(before[kept], held_out, measured[kept], used[kept], arm)
     modelled = given + columns.matrix @ change
     free = wanted - weighted @ (problem.deviation(everything, weights) / problem.scale)
     told = int(np.isfinite(parameters["deviation"]).sum())
@@ -532,23 +532,20 @@ def _parameter_table(
     return table
 
 
-def _error_table(before: Array, held_out: Array, gap: int, measured: Array, used: Mask, arm: Arm) -> pd.DataFrame:
-    """Table of the errors at the samples of all folds.
+def _error_table(given: Array, held_out: Array, torque: Array, used: Mask, arm: Arm) -> pd.DataFrame:
+    """Table of the errors at the samples of all folds, (M, n) each.
 
-    ``before``: what the given model does not explain, (N, n); ``held_out``: what the identified one does not.
+    ``given``: what the given model does not explain; ``held_out``: what the identified one does not.
     """
     import pandas as pd
 
-    edges = pairwise(np.linspace(0, len(measured), FOLDS + 1).astype(int))
-    kept = np.concatenate([np.arange(a + gap, b - gap) for a, b in edges])
-    torque, some, given = measured[kept], used[kept], before[kept]
     correlation = np.full(arm.n, np.nan)
     for i in range(arm.n):
-        both = torque[some[:, i], i], (torque - held_out)[some[:, i], i]
+        both = torque[used[:, i], i], (torque - held_out)[used[:, i], i]
         if all(np.ptp(one) > 0.0 for one in both):
             correlation[i] = np.corrcoef(*both)[0, 1]
     rms = {"measured": torque, "given": given, "identified": held_out}
-    columns = {name: _rms(values * some, some) for name, values in rms.items()}
+    columns = {name: _rms(values * used, used) for name, values in rms.items()}
     return pd.DataFrame({**columns, "correlation": correlation}, index=arm.joint_names)
 
 

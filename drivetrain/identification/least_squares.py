@@ -95,6 +95,7 @@ class Fold(NamedTuple):
     moment: Array
     rows: Array  # (samples, n, p), weighted
     wanted: Array  # (samples, n), weighted
+    samples: np.ndarray  # their numbers in the recording
 
 
 class Weights(NamedTuple):
@@ -172,9 +173,10 @@ def problem_of(rows: Array, wanted: Array, friction: np.ndarray, folds: int, gap
     scale = np.where(scale > ROUNDING * scale.max(), scale, np.inf)
     parts = []
     for first, last in pairwise(np.linspace(0, len(rows), folds + 1).astype(int)):
-        some = rows[first + gap : last - gap] / scale
-        flat, target = some.reshape(-1, rows.shape[2]), wanted[first + gap : last - gap]
-        parts.append(Fold(flat.T @ flat, flat.T @ target.ravel(), some, target))
+        samples = np.arange(first + gap, last - gap)
+        some, target = rows[samples] / scale, wanted[samples]
+        flat = some.reshape(-1, rows.shape[2])
+        parts.append(Fold(flat.T @ flat, flat.T @ target.ravel(), some, target, samples))
     excited = np.isfinite(scale)
     return Problem(tuple(parts), np.where(excited, scale, 1.0), friction, excited)
 

@@ -193,7 +193,7 @@ def _with_separate_motors(study: Study, drives: Mapping[str, Drive]) -> tuple[St
     )
     for task in study.joints:
         if task.sharing and task.name in found:
-            own, first = found[task.name].joint_friction, task.name == task.sharing[0]
+            own, first = found[task.name].joint_friction, task.name == task.axis_name
             law = times_as_large(own, 2.0) if first else Friction(load_share=own.load_share)
             found[task.name] = replace(found[task.name], joint_friction=law)
             task = replace(task, counterbalances=whole[task.name].counterbalances if first else ())

@@ -222,6 +222,11 @@ class JointTask:
         return f"JointTask({self.name}: {pair_name(*self.drive) if self.drive else f'{len(self.pairs)} pairs'})"
 
     @property
+    def axis_name(self) -> str:
+        """Its own name, or that of the first of the two motors that share its axis."""
+        return self.sharing[0] if self.sharing else self.name
+
+    @property
     def choices(self) -> tuple[tuple[str, str], ...]:
         """The (motor key, gear key) pairs that may drive it: the given drive alone, or those that may be chosen."""
         return self.pairs if self.drive is None else (self.drive,)

@@ -20,7 +20,7 @@ from drivetrain.sizing.judge.vary import Setup, Vary, named_drives
 from drivetrain.sizing.results import Evaluation, Selection
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
-from drivetrain.study.model import JointTask, Study
+from drivetrain.study.model import Study
 from drivetrain.study.parts.candidates import gears_at, motors_at
 
 SEARCH_TIME = 1.5  # s a selection may take; what is left unproven is said on the page
@@ -89,7 +89,7 @@ class LivePage:
             elif not (least := LEAST[self.controls[name].vary]) <= value <= LARGEST:
                 unit = self.controls[name].unit
                 faults.append(Fault(name, f"must be from {least:g} to {LARGEST:g} {unit}", value))
-        names = [task.name for task in self.study.joints if _first_of(task)]
+        names = [task.name for task in self.study.joints if task.axis_name == task.name]
         for name, value in ratios.items():
             if name not in names:
                 faults.append(Fault(name, "is no joint of the study", value, nearest(name, names)))
@@ -122,7 +122,7 @@ class LivePage:
         family = self._family(tuple(payloads[1:]), task.payloads)
         mounted = named_drives(study, keys)
         for i, drive in mounted.items():
-            name, own = (*study.joints[i].sharing, study.joints[i].name)[0], abs(drive.gear.ratio)
+            name, own = study.joints[i].axis_name, abs(drive.gear.ratio)
             wanted = ratios.get(name, own)
             if wanted != own and drive.gear.direct:
                 raise InputError(Fault(f"ratio of {name}", "a direct drive has no gear", wanted, "choose a gear"))
@@ -188,10 +188,5 @@ def _drives(evaluation: Evaluation) -> dict[str, tuple[str, str, float]]:
         if joint.drive.gear.direct
         else (joint.motor, joint.gear, abs(joint.drive.gear.ratio))
         for task in evaluation.study.joints
-        if _first_of(task) and (joint := evaluation.joints.get(task.name)) is not None
+        if task.axis_name == task.name and (joint := evaluation.joints.get(task.name)) is not None
     }
-
-
-def _first_of(task: JointTask) -> bool:
-    """Whether a task is not that of the second motor of an axis."""
-    return task.sharing[1:] != (task.name,)

@@ -149,11 +149,9 @@ def given_drives(study: Study, drives: Mapping[str, Given] | Given, *, every: bo
             pair = (braked_key(task, study.catalog, given[0]), task.staged.get(gear, gear))
             faults += _unknown_keys(study, task, pair)
             found[task.name] = pair
-            first = task.sharing[0] if task.sharing else task.name
-            if found.get(first, pair) != pair:
-                faults.append(
-                    Fault(f"drives.{task.name}", f"must be the drive of {first}, with which it shares an axis", given)
-                )
+            if found.get(task.axis_name, pair) != pair:
+                problem = f"must be the drive of {task.axis_name}, with which it shares an axis"
+                faults.append(Fault(f"drives.{task.name}", problem, given))
     raise_faults(faults)
     return found
 

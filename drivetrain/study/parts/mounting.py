@@ -303,7 +303,7 @@ def as_single(study: Study) -> Study:
     """A study in which each axis with two motors has a single task, with the sum of both motors and no preload."""
     if not motor_pairs(study):
         return study
-    rows = [i for i, task in enumerate(study.joints) if task.sharing[1:] != (task.name,)]
+    rows = [i for i, task in enumerate(study.joints) if task.axis_name == task.name]
     cycle, joints = study.cycle, tuple(_whole(study.joints[i]) for i in rows)
     times = np.array([2.0 if study.joints[i].sharing else 1.0 for i in rows])
     cycle = _of_rows(cycle, rows, times, joints)

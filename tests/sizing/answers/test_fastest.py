@@ -12,6 +12,7 @@ import pytest
 from crank_arm import short_crank, two_links
 
 from drivetrain.errors import InputError
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.report.verdict_lines import fastest_lines, motion_csv
 from drivetrain.sizing.answers import fastest as answer
 from drivetrain.sizing.answers.fastest import (
@@ -70,14 +71,18 @@ def test_no_joint_goes_faster_than_the_arm_lets_it(study: Study, found: Fastest)
     assert ("joint_1", "the arm's speed limit") in {(move.place, move.check) for move in held.moves}
 
 
-def test_the_speed_is_that_of_the_position(found: Fastest) -> None:
-    """Independently of the factors: the trapezoid sum of the retimed speed is the way."""
-    cycle = found.study.cycle
+def rates_belong_together(cycle: Cycle, off: float) -> None:
+    """Trapezoid sums of the speed are the way, to ``off`` [rad], and those of the acceleration the speed."""
     step = np.diff(cycle.time)[:, None]
     way = np.cumsum(0.5 * step * (cycle.velocity[1:] + cycle.velocity[:-1]), axis=0)
-    assert way == pytest.approx(cycle.position[1:] - cycle.position[0], abs=2e-4)
+    assert way == pytest.approx(cycle.position[1:] - cycle.position[0], abs=off)
     gained = np.cumsum(0.5 * step * (cycle.acceleration[1:] + cycle.acceleration[:-1]), axis=0)
     assert gained == pytest.approx(cycle.velocity[1:], abs=0.01 * np.abs(cycle.velocity).max())
+
+
+def test_the_speed_is_that_of_the_position(found: Fastest) -> None:
+    """Independently of the factors: the trapezoid sum of the retimed speed is the way."""
+    rates_belong_together(found.study.cycle, 2e-4)
 
 
 def test_it_holds_and_any_move_made_quicker_does_not(study: Study, found: Fastest) -> None:
@@ -256,11 +261,7 @@ def test_moves_are_timed_within_where_no_heat_binds(study: Study, tmp_path: Path
     rests = 12.0
     assert quick.duration - rests < 0.9 * (kept.duration - rests)
     cycle = quick.study.cycle
-    step = np.diff(cycle.time)[:, None]
-    way = np.cumsum(0.5 * step * (cycle.velocity[1:] + cycle.velocity[:-1]), axis=0)
-    assert way == pytest.approx(cycle.position[1:] - cycle.position[0], abs=1e-3)
-    gained = np.cumsum(0.5 * step * (cycle.acceleration[1:] + cycle.acceleration[:-1]), axis=0)
-    assert gained == pytest.approx(cycle.velocity[1:], abs=0.01 * np.abs(cycle.velocity).max())
+    rates_belong_together(cycle, 1e-3)
     again = moves_of(cycle)  # rests and moves remain what they were, each with its samples at rest
     assert [cycle.segment_names[cycle.segment[move.start + 1]] for move in again] == ["there", "back"]
     assert cycle.parts == (slice(0, len(cycle.time)),)
