@@ -109,9 +109,9 @@ class Setup:
 
     def with_drive(self, joint: int, drive: Drive) -> Setup:
         """The set with another drive at a joint; of two motors on one axis, both have it."""
-        names = self.study.joints[joint].sharing
-        both = [i for i, task in enumerate(self.study.joints) if task.name in names]
-        return Setup(self.work, {**self.drives, **dict.fromkeys([joint, *both], drive)})
+        joints = self.study.joints
+        on_axis = [i for i, task in enumerate(joints) if task.axis_name == joints[joint].axis_name]
+        return Setup(self.work, {**self.drives, **dict.fromkeys(on_axis, drive)})
 
     def with_keys(self, joint: int, motor: str, gear: str) -> Setup:
         return self.with_drive(joint, FilledParts(self.study).drive(self.study.joints[joint], motor, gear))
