@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from drivetrain.effects.loads.given_torque import GivenTorque
     from drivetrain.effects.loads.payload_change import Body, PayloadChange
     from drivetrain.effects.loads.tip_contact import TipContact
+    from drivetrain.effects.loads.tip_force import TipForce
     from drivetrain.effects.loads.wall_spring import WallSpring
     from drivetrain.effects.motor.cogging import Cogging
     from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoop

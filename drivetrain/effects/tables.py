@@ -42,14 +42,14 @@ def interval_of(table: Any, t: float) -> int:
 
 
 @law
-def table_value(table: Any, t: float) -> float:
-    """The value of a table at time t [s]; constant before the first and after the last row."""
+def table_value(table: Any, t: float, column: int = 1) -> float:
+    """The value in a column of a table at time t [s]; constant before the first and after the last row."""
     low = interval_of(table, t)
-    value = table[low, 1]
+    value = table[low, column]
     if low + 1 < len(table):
         begin, end = table[low, 0], table[low + 1, 0]
         if end > begin and t > begin:
-            value += (table[low + 1, 1] - value) * (t - begin) / (end - begin)
+            value += (table[low + 1, column] - value) * (t - begin) / (end - begin)
     return value
 
 

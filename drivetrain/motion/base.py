@@ -91,10 +91,10 @@ def with_instants(cycle: Cycle, instants: Array) -> Cycle:
     def between(values: Array) -> Array:
         return np.insert(values, at, values[at - 1] + share * (values[at] - values[at - 1]), axis=0)
 
-    torque = None if cycle.torque is None else between(cycle.torque)
+    torque, wrench = (None if values is None else between(values) for values in (cycle.torque, cycle.tip_wrench))
     return replace(
         cycle, time=np.insert(time, at, instants), position=between(cycle.position), velocity=between(cycle.velocity),
         acceleration=between(cycle.acceleration), torque=torque, parts=(),
         payload=np.insert(cycle.payload, at, cycle.payload[at]),
-        segment=np.insert(cycle.segment, at, cycle.segment[at]),
+        segment=np.insert(cycle.segment, at, cycle.segment[at]), tip_wrench=wrench,
     )  # fmt: skip

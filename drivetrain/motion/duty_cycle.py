@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Ge
@@ -24,6 +24,7 @@ from drivetrain.units import Duration, Name
 GAP_ALLOWED = 1e-3  # [rad or m] accepted as rounding between two motions; a larger gap is a step that no drive can make
 GAP_SEEN = 1e-6  # [rad or m] above this, the gap is reported
 SERIES = ("position", "velocity", "acceleration")
+TIME_ROUNDING = 1e-9  # of a step's length: samples closer than this are at one instant
 SPEED_STEP_SEEN = 1e-3  # steps of speed above this share of the joint's peak speed are reported
 
 Indices = NDArray[np.int64]
@@ -48,6 +49,8 @@ class Cycle:
         segment: Index into ``segment_names``, (N,), integers.
         segment_names: Names of motions and dwells in their order.
         notes: Notes of its motions, and warnings about gaps and steps of speed between them.
+        tip_wrench: Moment [N m] and force [N] that the tip applies to its surroundings, in the tip frame, (N, 6); None
+            if the task states no force.
         parts: Samples of each part of a mix, in their order; default: one part with all samples.
         shares: Share of the operating time of each part; the sum is 1.
         part_names: Name of each part; one empty name if the cycle is not a mix.
@@ -64,6 +67,7 @@ class Cycle:
     segment: Indices
     segment_names: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    tip_wrench: Array | None = None
     parts: tuple[slice, ...] = ()
     shares: tuple[float, ...] = (1.0,)
     part_names: tuple[str, ...] = ("",)
@@ -108,6 +112,19 @@ class Cycle:
         """Index of the following sample, (N,), integers; the last sample of a part is followed by its first."""
         return np.concatenate([np.roll(np.arange(part.start, part.stop), -1) for part in self.parts])
 
+    def at(self, samples: Any) -> Cycle:
+        """Some of its samples, with their times, as a cycle that is no mix.
+
+        Args:
+            samples: Indices, or a slice.
+
+        Returns:
+            The cycle of these samples.
+        """
+        names = ("time", *SERIES, "torque", "payload", "segment", "tip_wrench")
+        rows = {name: series[samples] for name in names if (series := getattr(self, name)) is not None}
+        return replace(self, **rows, parts=(), shares=(1.0,), part_names=("",))
+
     def part_at(self, time: float) -> int:
         """The part of a mix that contains an instant.
 
@@ -122,6 +139,23 @@ class Cycle:
 
 
 @dataclass(frozen=True, eq=False)
+class StepForce:
+    """The force at the tip during one step of a cycle.
+
+    Attributes:
+        name: What to call it.
+        times: Times since the beginning of the step at which it has a kink [s], (K,).
+        wrench: From times since the beginning of the step [s], (N,), and the positions and speeds of the joints at
+            these times, (N, n), the moment [N m] and force [N] that the tip applies to its surroundings, in the tip
+            frame, (N, 6).
+    """
+
+    name: str
+    times: Array
+    wrench: Callable[[Array, Array, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
 class Step:
     """One entry of the cycle: a motion, a load table or a dwell.
 
@@ -130,6 +164,7 @@ class Step:
         dwell: Time for which the last position is held [s]; None for a motion.
         repetitions: Number of consecutive repetitions.
         payload: Name of the payload at the tip during the step; None for none.
+        force: Force of the tip on its surroundings during the step; None for none.
         name: Name of the step; empty: the motion's name, or ``dwell``.
     """
 
@@ -137,6 +172,7 @@ class Step:
     dwell: Duration | None = None
     repetitions: Annotated[int, Ge(1)] = 1
     payload: Name | None = None
+    force: StepForce | None = None
     name: str = ""
 
     @property
@@ -155,6 +191,7 @@ class _Block:
     velocity: Array
     acceleration: Array
     torque: Array
+    wrench: Array | None = None  # (N, 6)
 
 
 def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: Mask | None = None) -> Cycle:
@@ -192,6 +229,7 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: M
     payload_names = tuple(dict.fromkeys(step.payload for step in steps if step.payload is not None))
     carried = [-1 if step.payload is None else payload_names.index(step.payload) for step in steps]
     lengths = [len(block.time) for block in blocks]
+    wrenches = [np.zeros((len(block.time), 6)) if block.wrench is None else block.wrench for block in blocks]
     begins = np.cumsum([0.0] + [float(block.time[-1]) for block in blocks])
     return Cycle(
         joint_names=joint_names,
@@ -203,7 +241,12 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: M
         segment=_per_sample(which, lengths),
         segment_names=tuple(step.label for step in steps),
         notes=tuple(notes),
+        tip_wrench=_joined(wrenches) if any(block.wrench is not None for block in blocks) else None,
     )
+
+
+def _joined(parts: Sequence[Array]) -> Array:
+    return np.asarray(read_only(np.concatenate(parts)))
 
 
 def sample_weights(time: Array) -> Array:
@@ -240,6 +283,8 @@ def _step_faults(steps: Sequence[Step]) -> list[Fault]:
             faults.append(Fault(place, expected, ", ".join(step.motion.joint_names)))
         if step.payload is not None and isinstance(step.motion, LoadTable):
             faults.append(Fault(place, "a load table already holds the load: it takes no payload", step.payload))
+        if step.force is not None and isinstance(step.motion, LoadTable):
+            faults.append(Fault(place, "a load table already holds the load: it takes no force", step.force.name))
     return faults
 
 
@@ -251,6 +296,8 @@ def _blocks(steps: Sequence[Step]) -> tuple[list[_Block], list[int]]:
     position, torque = before.position[0], before.torque[0]
     for index, step in enumerate(steps):
         block = _rest(step, position, torque) if step.motion is None else _run(step)
+        if step.force is not None:
+            block = _pressing(block, step.force)
         if block.time[-1] > 0.0:
             blocks += [block] * int(step.repetitions)
             which += [index] * int(step.repetitions)
@@ -270,6 +317,23 @@ def _run(step: Step) -> _Block:
 def _rest(step: Step, position: Array, torque: Array) -> _Block:
     held, none = np.tile(position, (2, 1)), np.zeros((2, len(position)))
     return _Block(step.label, np.array([0.0, step.dwell or 0.0]), held, none, none, np.tile(torque, (2, 1)))
+
+
+def _pressing(block: _Block, force: StepForce) -> _Block:
+    """The samples of a step with the force at the tip, and with further samples where the force has kinks."""
+    near = TIME_ROUNDING * block.time[-1]
+    apart = np.abs(force.times[:, np.newaxis] - block.time).min(axis=1, initial=np.inf) > near
+    new = np.unique(force.times[apart & (force.times < block.time[-1])])
+    at = np.searchsorted(block.time, new)
+    share = (new - block.time[at - 1]) / (block.time[at] - block.time[at - 1])
+    series = {
+        name: np.insert(values, at, values[at - 1] + share[:, np.newaxis] * (values[at] - values[at - 1]), axis=0)
+        for name in (*SERIES, "torque")
+        for values in [getattr(block, name)]
+    }
+    time = np.insert(block.time, at, new)
+    wrench = force.wrench(time, series["position"], series["velocity"])
+    return replace(block, time=time, **series, wrench=wrench)
 
 
 def _from_integral(blocks: list[_Block]) -> list[_Block]:
@@ -363,6 +427,7 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
     payload_names = tuple(dict.fromkeys(name for cycle in cycles for name in cycle.payload_names))
     segments = np.cumsum([0, *(len(cycle.segment_names) for cycle in cycles)]).tolist()
     torques = [cycle.torque for cycle in cycles if cycle.torque is not None]
+    wrenches = [np.zeros((len(cycle.time), 6)) if cycle.tip_wrench is None else cycle.tip_wrench for cycle in cycles]
     time = [cycle.time - cycle.time[0] + end for cycle, end in zip(cycles, ends, strict=False)]
     return Cycle(
         joint_names=cycles[0].joint_names,
@@ -378,6 +443,7 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
         notes=tuple(
             _with_part_name(name, note) for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes
         ),
+        tip_wrench=_joined(wrenches) if any(cycle.tip_wrench is not None for cycle in cycles) else None,
         parts=tuple(slice(first, stop) for first, stop in itertools.pairwise(stops)),
         shares=tuple(float(share) / total for share in shares),
         part_names=tuple(called),

@@ -29,6 +29,8 @@ ACCELERATION = Kind("acceleration", ("qdd", "acceleration", "accel", "acc", "ddq
 TORQUE = Kind("torque", ("torque", "tau"), ("N m",), needed=True)
 SPEED = Kind("speed", ("speed", "velocity", "qd"), ("rad/s",), needed=True)
 ROTATION = Kind("acceleration", ("acceleration", "accel", "acc", "qdd"), ("rad/s^2",), needed=False)
+FORCE = Kind("force", ("force", "f"), ("N",), needed=False)
+MOMENT = Kind("moment", ("moment", "torque", "m"), ("N m",), needed=False)
 
 STILL = 1e-3  # share of the largest span of position below which a joint counts as at rest
 COARSE = 0.03  # relative error of the acceleration due to coarse sampling above which there is a warning
@@ -138,6 +140,33 @@ def read_load_table(
         return LoadTable(title, joints, time, torque, speed, acceleration, (*notes, "acceleration as given"))
     notes.append("acceleration from speed, a straight line between rows")
     return LoadTable(title, joints, *_with_slopes(time, torque, speed), tuple(notes))
+
+
+def read_forces(path: str | Path | StringIO) -> Array:
+    """Read a force and a moment over time from a CSV file.
+
+    Columns: ``time [s]``, which increases, and any of ``force_x [N]`` to ``force_z`` and ``moment_x [N m]`` to
+    ``moment_z``; those that are missing are zero.
+
+    Args:
+        path: The file, or its text as a stream.
+
+    Returns:
+        Time [s], moment [N m] and force [N], (K, 7).
+
+    Raises:
+        InputError: Cells that are not numbers, misspelt columns or units, time that does not increase, neither a force
+            nor a moment; all of them listed.
+    """
+    table = read_table(path)
+    found = assigned_columns(table, ("x", "y", "z"), (FORCE, MOMENT))
+    faults = [*table.faults, *found.faults]
+    if not found.found:
+        faults.append(Fault("columns", "must have a force or a moment, such as force_z [N]", file=table.file))
+    time = _checked_time(table, found, faults, pairs=False)
+    still = np.zeros_like(time)
+    wanted = [(kind.name, axis) for kind in (MOMENT, FORCE) for axis in "xyz"]
+    return np.column_stack([time, *(found.found[key].values if key in found.found else still for key in wanted)])
 
 
 def _origin(table: Table) -> str:

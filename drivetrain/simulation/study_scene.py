@@ -12,6 +12,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.closures import with_second_motors
 from drivetrain.arm.geared import with_rotors
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arm.rotors import Rotor
 from drivetrain.arrays import Array
 from drivetrain.drive.amplifier import available_voltage
@@ -20,6 +21,7 @@ from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import Gear, complete, mesh, unknown_loss
 from drivetrain.drive.motor import torque_constant
 from drivetrain.drive.thermal.thermal_network import thermal_network
+from drivetrain.dynamics.closed import main_chain
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.effects.control.cascade import PositionLoop
 from drivetrain.effects.control.commanded_motion import CommandedMotion
@@ -34,6 +36,7 @@ from drivetrain.effects.gear.springs import Backlash, FlexibleJoint
 from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.loads.payload_change import EMPTY, Body, PayloadChange
+from drivetrain.effects.loads.tip_force import TipForce
 from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
@@ -162,7 +165,8 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
         load = axis_motion(as_single(study), options.repetitions)[1]
         effects |= {name: (*effects[name], load), WHOLE: (CommandedMotion(motion),)}
     else:
-        effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *_payloads(study, options.repetitions))
+        carried = (*_payloads(study, options.repetitions), *_tip_forces(study, body, options.repetitions))
+        effects[WHOLE] = (CommandedMotion(study.cycle, options.repetitions), *carried)
     if isinstance(body, Inertia):
         effects[body.name] = (*effects[body.name], rotor)
     for added in study.simulation.add:
@@ -265,6 +269,16 @@ def _payloads(study: Study, repetitions: int) -> tuple[Effect, ...]:
         for at in changes:
             carried[float(time[at]) + k * study.cycle.duration] = bodies[int(payload[at])]
     return (PayloadChange(np.array(list(carried)), tuple(carried.values())),)
+
+
+def _tip_forces(study: Study, arm: Arm | Inertia, repetitions: int) -> tuple[Effect, ...]:
+    """The force on the tip over all repetitions of the cycle, in the direction of the commanded pose."""
+    cycle = study.cycle
+    if cycle.tip_wrench is None or not isinstance(arm, Arm):
+        return ()
+    rotation = tip_pose(*main_chain(arm, cycle.position))[:, :3, :3]
+    moment, force = (-(rotation @ part[:, :, None])[:, :, 0] for part in np.hsplit(cycle.tip_wrench, 2))
+    return (TipForce(cycle.time, force, moment, repetitions),)
 
 
 def _joint(study: Study, task: JointTask, drive: Drive, inertia: float, options: SceneOptions) -> tuple[Effect, ...]:

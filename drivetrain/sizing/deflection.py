@@ -207,7 +207,7 @@ def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array
     empty = loaded_arm(evaluation.study, evaluation.mounted, -1)
     for arm, chosen in loaded_arms(evaluation.study, evaluation.mounted):
         motion = (cycle.position[chosen], cycle.velocity[chosen], cycle.acceleration[chosen])
-        passed = _base_wrenches(arm, motion)
+        passed = _base_wrenches(arm, motion, None if cycle.tip_wrench is None else cycle.tip_wrench[chosen])
         # The load of the tip leaves the last link at its end and is not part of the link's own load.
         leaving = np.concatenate([passed[:, 1:], (passed - _base_wrenches(empty, motion))[:, -1:]], axis=1)
         moved = link_poses(arm, motion[0]) @ np.array([inverse_pose(home) for home in arm.home])
@@ -217,9 +217,9 @@ def _link_deflection(evaluation: Evaluation, beams: Mapping[int, Beam]) -> Array
     return found
 
 
-def _base_wrenches(arm: Arm, motion: tuple[Array, Array, Array]) -> Array:
+def _base_wrenches(arm: Arm, motion: tuple[Array, Array, Array], tip_wrench: Array | None = None) -> Array:
     """Wrench of each joint on the link after it, about the base's origin, base axes, (N, n, 6) [N m, N]."""
-    wrench = joint_loads(arm, *motion).wrench
+    wrench = joint_loads(arm, *motion, tip_wrench=tip_wrench).wrench
     moved = link_poses(arm, motion[0]) @ np.array([inverse_pose(home) for home in arm.home])
     axes = np.array([frame_along(s[:3] if s[:3].any() else s[3:]) for s in arm.screws])
     rotation = moved[..., :3, :3] @ axes

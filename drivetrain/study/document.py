@@ -177,7 +177,7 @@ def _data(node: yaml.Node, place: Place, file: Path, lines: dict[Place, int], fa
 def _refused(node: yaml.Node, place: Place) -> str:
     """Why a node is rejected (a tag, an anchor that contains itself, an unsuitable text); empty if it is accepted."""
     if isinstance(node, yaml.ScalarNode):
-        if place[:1] == ("motions",) and place[2:] == ("samples",):  # a table, however long
+        if place[:1] in (("motions",), ("forces",)) and place[2:] == ("samples",):  # a table, however long
             return "" if plain(str(node.value)) == node.value else "has control characters"
         return _refused_text(str(node.value))
     if isinstance(node, yaml.CollectionNode) and node.tag not in _PLAIN:

@@ -180,8 +180,9 @@ def add_motion(data: dict[str, Any], motion: Any) -> None:
     if not isinstance(motion, list):
         motions[_free_name(motion, motions)] = _samples(motion, data, "motion")
         return
-    cycle, payloads = [], list(data.get("payloads", {}))
-    carried = {"payload": payloads[0]} if len(payloads) == 1 else {}
+    cycle = []
+    stated = {"payload": list(data.get("payloads", {})), "force": list(data.get("forces", {}))}
+    carried = {entry: names[0] for entry, names in stated.items() if len(names) == 1}
     for i, step in enumerate(motion):
         entry = dict(step) if isinstance(step, Mapping) else {"motion": step, **carried}
         run = entry.get("motion")

@@ -31,6 +31,7 @@ from drivetrain.units import (
     Duration,
     Efficiency,
     Factor,
+    Force,
     Length,
     Mass,
     Name,
@@ -76,6 +77,34 @@ class Payload:
     def __post_init__(self) -> None:
         for part, shape in (("com", (3,)), ("inertia", (3, 3))):
             object.__setattr__(self, part, frozen_array(getattr(self, part), shape, f"{self.name}.{part}"))
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessForce:
+    """A force between the tip and its surroundings: of a grinding tool, a gripper that presses, the ground under a leg.
+
+    Attributes:
+        name: What to call it.
+        force: [N], (3,).
+        moment: Moment in addition to that of the force [N m], (3,).
+        point: Point in the tip frame at which the force acts [m], (3,).
+        axes: Axes of force and moment: those of the ``tip`` frame, which turn with it, or of the ``base`` frame.
+        along_motion: Force in the direction in which the point moves [N], in addition; 0 while it rests. Positive: the
+            tip pushes ahead, such as against the cutting force of a milling tool.
+        applied_by: Whether they are what the ``tip`` applies to its surroundings, or what the ``surroundings`` apply to
+            the tip.
+        table: Instead of ``force`` and ``moment``, these over the time since the beginning of the step: time [s],
+            moment [N m], force [N], (K, 7). None: they are constant.
+    """
+
+    name: str
+    force: Annotated[tuple[float, float, float], Vector("N")] = (0.0, 0.0, 0.0)
+    moment: Annotated[tuple[float, float, float], Vector("N m")] = (0.0, 0.0, 0.0)
+    point: Annotated[tuple[float, float, float], Vector("m")] = (0.0, 0.0, 0.0)
+    axes: Literal["tip", "base"] = "tip"
+    along_motion: Force = 0.0
+    applied_by: Literal["tip", "surroundings"] = "tip"
+    table: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -350,6 +379,7 @@ class Study:
         arm: The robot arm; None if a load table gives the torques.
         drive_mass: Whether the masses of the drives are added to the links or already in them; None without an arm.
         payloads: The payloads that the cycle names, in the order of ``cycle.payload_names``.
+        forces: The forces at the tip that the cycle names; what they add up to is ``cycle.tip_wrench``.
         cycle: The repeated task.
         base: Given motion of the arm's base, at the samples of the cycle; None: the base is fixed.
         joints: One task per joint, in the arm's order.
@@ -401,6 +431,7 @@ class Study:
     notes: tuple[str, ...] = ()
     prices: Prices = field(default_factory=Prices)
     base: Motion | None = None
+    forces: tuple[ProcessForce, ...] = ()
     document: Document | None = field(default=None, init=False)
 
     def __repr__(self) -> str:

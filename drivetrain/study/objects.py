@@ -30,8 +30,8 @@ def study(
         motion: ``(t, q)`` or ``(t, q, qd, qdd)`` with t [s], (N,), and the others [rad or m], (N, n); a ``Motion``, a
             ``LoadTable``, a DataFrame with the columns of a motion file, or the path of one. A list of these is the
             cycle; it may also contain ``{"dwell": "0.5 s"}`` and ``{"motion": (t, q), "payload": "box"}``. If the
-            study has one payload, motions of the list that state none carry it. The entry ``motions`` takes these
-            objects by name, for a ``cycle`` as in a study file.
+            study has one payload or one force, motions of the list that state none have it. The entry ``motions``
+            takes these objects by name, for a ``cycle`` as in a study file.
         motors, gears: Data sheets by key, as in a study file; ``Motor`` and ``Gear`` objects; or a DataFrame or a CSV
             file with the columns of a catalogue. Without ``catalogs`` they are the only ones considered.
         drives: ``(motor key, gear key)`` for all joints, or such pairs by joint name or in a list in the arm's order;

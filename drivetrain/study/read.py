@@ -19,6 +19,7 @@ from drivetrain.study.faults import Ledger, read_form
 from drivetrain.study.form import form_of, given, made, over
 from drivetrain.study.model import DriveMass, Payload, Prices, Study
 from drivetrain.study.parts.arm import resolve_arm, resolve_closures, resolve_coupling, resolve_payloads
+from drivetrain.study.parts.forces import named_forces, resolve_forces
 from drivetrain.study.parts.joints import Surroundings, check_gas_springs, resolve_joints
 from drivetrain.study.parts.motions import resolve_base, resolve_cycle, resolve_motions
 from drivetrain.study.parts.mounting import with_counterbalances, with_sharing
@@ -64,8 +65,9 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     arm = resolve_coupling(form, resolve_closures(form, resolve_arm(form, ledger), ledger), ledger)
     payloads = resolve_payloads(form, ledger)
     catalog = resolve_catalog(form, ledger)
+    forces = resolve_forces(form, arm, ledger)
     motions = resolve_motions(form, arm, ledger)
-    base, cycle = resolve_base(form, arm, resolve_cycle(form, arm, motions, ledger), ledger)
+    base, cycle = resolve_base(form, arm, resolve_cycle(form, arm, motions, forces, ledger), ledger)
     gear_assumptions, motor_assumptions = resolve_assumptions(form.assumptions, ledger)
     names = arm.joint_names if arm else next((motion.joint_names for motion in motions.values()), ())
     around = Surroundings(form, arm, catalog, ledger)
@@ -97,6 +99,7 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
         arm=arm,
         drive_mass=None if form.drive_mass is None else DriveMass(form.drive_mass),
         payloads=tuple(payloads[name] for name in cycle.payload_names),
+        forces=tuple(force for name, force in forces.items() if name in named_forces(form)),
         cycle=cycle,
         base=base,
         joints=joints,

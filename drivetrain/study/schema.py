@@ -31,6 +31,7 @@ from drivetrain.study.model import (
     Mount,
     Payload,
     Prices,
+    ProcessForce,
     Safety,
     StiffnessWish,
     Stop,
@@ -112,6 +113,13 @@ class PayloadForm(form_of(Payload, without=("name",))):  # type: ignore[misc]
 
     com: Point = (0.0, 0.0, 0.0)
     inertia: InertiaForm | None = None
+
+
+class ForceForm(form_of(ProcessForce, without=("name", "table"))):  # type: ignore[misc]
+    """A force between the tip and its surroundings during steps of the cycle; constant, or from a file."""
+
+    file: f.Name | None = about("CSV file of force and moment over the time since the beginning of the step")
+    samples: str | None = about("the lines of such a CSV file, instead of its name")
 
 
 Pure = Annotated[float, f.Quantity("")]
@@ -219,10 +227,11 @@ class BaseForm(Form):
         return self
 
 
-class CycleForm(form_of(Step, without=("name",))):  # type: ignore[misc]
+class CycleForm(form_of(Step, without=("name", "force"))):  # type: ignore[misc]
     """One step of the repeated task: a motion or a dwell."""
 
     motion: f.Name | None = None
+    force: f.Name | None = about("force at the tip during the step")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -463,6 +472,9 @@ class StudyForm(Form):
     base: BaseForm | None = about("given motion of the arm's base")
     drive_mass: Literal["added", "included", "replaced"] | None = None
     payloads: dict[str, PayloadForm] = Field(default_factory=dict)
+    forces: dict[str, ForceForm] = Field(
+        default_factory=dict, description="forces between the tip and its surroundings, which steps of the cycle name"
+    )
     motions: dict[str, MotionForm]
     cycle: list[CycleForm] | None = None
     mix: list[MixForm] | None = about("instead of cycle: several cycles, each with its share of the time of use")

@@ -91,6 +91,8 @@ def file_places(data: Mapping[str, Any]) -> Iterator[Place]:
     motions["base", "motion"] = (data.get("base") or {}).get("motion")
     for place, motion in motions.items():
         yield from ((*place, name) for name in ("file", "table") if motion and name in motion)
+    forces = data.get("forces") or {}
+    yield from (("forces", name, "file") for name, force in forces.items() if force and "file" in force)
     listed = [((), catalogs)] if isinstance(catalogs, str) else [((i,), name) for i, name in enumerate(catalogs or ())]
     yield from (("catalogs", *at) for at, name in listed if name != SHIPPED)
 

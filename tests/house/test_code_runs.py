@@ -56,13 +56,19 @@ def test_python_of_choose_drives(folder: Path) -> None:
     assert list(table) == ["best", "runner-up"] and table["best"].max() <= 1.0
 
 
-def test_code_of_own_motion() -> None:
+def test_code_of_own_motion(folder: Path) -> None:
     page = (ROOT / "docs" / "own_motion.md").read_text(encoding="utf-8")
     assert executed(page)["drawn"].time[-1] > 1.0
     drawing = (ROOT / "examples" / "ur5_pick_and_place" / "drawing.yaml").read_text(encoding="utf-8")
-    (fragment,) = blocks(page, "yaml")
+    fragment, pressed = blocks(page, "yaml")
     told, run = (yaml.safe_load(text)["motions"]["draw"] for text in (fragment, drawing))
     assert told["moves"] == run["moves"] and told["start"] == run["start"]
+    forces, study = yaml.safe_load(pressed)["forces"], yaml.safe_load(study_template("planar-2r-bare"))
+    (folder / "ground_reaction.csv").write_text("time [s],force_z [N]\n0,0\n1,80\n60,0\n", encoding="utf-8")
+    study["cycle"][0]["force"], study["cycle"][2]["force"] = "grinding", "ground"
+    (folder / "study.yaml").write_text(yaml.safe_dump({**study, "forces": forces}), encoding="utf-8")
+    wrench = dt.load_study(folder / "study.yaml").cycle.tip_wrench
+    assert wrench[:, 5].max() == 40.0 and wrench[:, 5].min() < -60.0
 
 
 def test_yaml_of_own_parts(folder: Path) -> None:

@@ -12,7 +12,7 @@ from drivetrain.report.quantities import number, percent, with_unit
 from drivetrain.report.words import DRIVE_MASS, heat_model, safety_lines
 from drivetrain.sizing.judge.evaluate import holding_figures
 from drivetrain.sizing.results import Evaluation, JointResult
-from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, Study
+from drivetrain.study.model import GearAssumption, JointTask, MotorAssumption, ProcessForce, Study
 
 _UNKNOWN = "not stated"
 
@@ -58,8 +58,22 @@ def _task(study: Study) -> Group:
         lines.append(("cycle" if len(cycle.parts) == 1 else f"part of the mix: {name}", text))
     lines.append(("segments", ", ".join(cycle.segment_names)))
     lines += [("payload", f"{body.name}, {with_unit(body.mass, 'kg')}") for body in study.payloads]
+    lines += [("force at the tip", f"{one.name}, {_force_text(one)}") for one in study.forces]
     notes = () if study.drive_mass is None else (DRIVE_MASS[study.drive_mass],)
     return Group("Task", tuple(lines), (*notes, *dict.fromkeys(cycle.notes)))
+
+
+def _force_text(force: ProcessForce) -> str:
+    """A force at the tip in words."""
+    parts = [
+        f"({', '.join(f'{value:g}' for value in values)}) {unit}"
+        for values, unit in ((force.force, "N"), (force.moment, "N m"))
+        if any(values)
+    ]
+    parts = ["over time, from a table"] if force.table is not None else parts
+    parts = [f"{' and '.join(parts)} in {force.axes} axes, applied by the {force.applied_by}"] if parts else []
+    parts += [f"{force.along_motion:g} N along the motion"] if force.along_motion else []
+    return ", ".join(parts)
 
 
 def _surroundings(study: Study) -> Group:

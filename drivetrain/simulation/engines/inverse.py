@@ -20,12 +20,17 @@ from typing import Any
 
 import numpy as np
 
+from drivetrain.arm.arm import Arm
+from drivetrain.arm.kinematics import tip_pose
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import loss_speed, resting
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
+from drivetrain.dynamics.closed import main_chain
+from drivetrain.dynamics.inverse import tip_torque
 from drivetrain.effects import signals as named
 from drivetrain.effects.effect import Effect
+from drivetrain.effects.loads.tip_force import TipForce
 from drivetrain.errors import Fault, raise_faults
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.engines.engine import Engine, Outcome, RunOptions
@@ -75,7 +80,8 @@ def demanded(plan: Plan, times: Array) -> Demand:
     turned -= plan.body.carried * acceleration  # stages behind a spring are not the rotor's
     whole = np.einsum("kij,kj->ki", demands["mass"], acceleration) + demands["bias_torque"]
     joint = np.where(slides > 0.0, demands["joint_slide_forward"], -demands["joint_slide_backward"]) * np.abs(slides)
-    mesh = whole - turned - body.torques_of(demands["joint_torque"]) - demands["shaft_torque"] + joint
+    given = demands["joint_torque"] + _tip_torques(plan, times, body.joints_of(demands["command_position"]))
+    mesh = whole - turned - body.torques_of(given) - demands["shaft_torque"] + joint
     mesh = plan.body.halved(mesh) if plan.body.shared else mesh
     turns = slides * np.sign(body.ratios)  # direction in which the motor turns
     shaft = np.where(turns > 0.0, demands["motor_slide_forward"], -demands["motor_slide_backward"]) * np.abs(turns)
@@ -107,14 +113,28 @@ def _refuse_unsupported(plan: Plan) -> None:
         if f"{joint}.{named.COMMAND_ACCELERATION.name}" not in given
         and f"{joint}.{named.SHAFT_COMMAND_ACCELERATION.name}" not in given
     ]
-    touching = sorted({who for signal in named.TIP_TAKEN for who in plan.signals.contributors.get(signal.name, ())})
-    touching += [
-        one.title for one in plan.instances if getattr(one.effect, "contact", False) and one.title not in touching
+    tip = {signal.name for signal in named.TIP_TAKEN}
+    touching = [
+        one.title
+        for one in plan.instances
+        if getattr(one.effect, "contact", False) or (tip & {*one.contributes} and not isinstance(one.effect, TipForce))
     ]
     hint = "simulate forward (FixedStep): whether the command can be followed is what contact decides"
     faults += [Fault(who, "touches what it moves against: the inverse engine does not know by how much", hint=hint)
                for who in touching]  # fmt: skip
     raise_faults(faults)
+
+
+def _tip_torques(plan: Plan, times: Array, position: Array) -> Array:
+    """Torques on the joints by given forces on the tip, at positions of the joints [N m or N], (N, n)."""
+    torque, arm = np.zeros_like(position), plan.scene.body
+    for one in plan.instances:
+        if isinstance(one.effect, TipForce) and isinstance(arm, Arm):
+            rotation = tip_pose(*main_chain(arm, position))[:, :3, :3]
+            parts = np.hsplit(one.effect.at(times), 2)
+            wrench = np.hstack([(np.swapaxes(rotation, 1, 2) @ part[:, :, None])[:, :, 0] for part in parts])
+            torque -= tip_torque(arm, position, -wrench)
+    return torque
 
 
 def _passive_effects(plan: Plan) -> dict[str, tuple[Effect, ...]]:

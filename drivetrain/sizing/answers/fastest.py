@@ -311,8 +311,8 @@ def _rebuilt(
     position, velocity, acceleration, step, source = (np.concatenate(column) for column in zip(*rows, strict=True))
     parts = tuple(slice(int(index[part.start]), int(index[part.stop - 1]) + 1) for part in cycle.parts)
     rebuilt = replace(
-        cycle, time=cycle.time[0] + np.cumsum(step), position=position, velocity=velocity, acceleration=acceleration,
-        payload=cycle.payload[source], segment=cycle.segment[source], parts=parts,
+        cycle.at(source), time=cycle.time[0] + np.cumsum(step), position=position, velocity=velocity,
+        acceleration=acceleration, parts=parts, shares=cycle.shares, part_names=cycle.part_names,
     )  # fmt: skip
     return rebuilt, found
 
@@ -353,7 +353,7 @@ def retimed(cycle: Cycle, moves: list[slice], factors: Array) -> Cycle:
 
 def _min_factor(study: Study, drives: Mapping[str, Given] | None, move: slice) -> float:
     """Smallest factor on the duration of a move by the limits at an instant and the arm's speed limits."""
-    own = _single_move(study.cycle, move)
+    own = study.cycle.at(move)
     whole = [slice(0, len(own.time))]
 
     def holds(factor: float) -> bool:
@@ -389,15 +389,6 @@ def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Arra
             break
         pace[list(slow)] *= 1.0 + 5.0 * FACTOR_TOLERANCE
     return pace
-
-
-def _single_move(cycle: Cycle, move: slice) -> Cycle:
-    """One move as a cycle of its own, with unchanged times."""
-    arrays = {
-        name: getattr(cycle, name)[move]
-        for name in ("time", "position", "velocity", "acceleration", "payload", "segment")
-    }
-    return replace(cycle, **arrays, parts=(), shares=(1.0,), part_names=("",))
 
 
 def _smallest_factor(holds: Callable[[float], bool], start: float, *, quicker: bool = True) -> float:
@@ -460,7 +451,7 @@ def _move_times(before: Cycle, moves: list[slice], best: _ScaledCycle) -> tuple[
         name = before.segment_names[before.segment[(own.start + own.stop - 1) // 2]]
         place, check, at = *best.over_cycle, math.nan
         if final <= least:
-            alone = evaluate(replace(result.study, cycle=_single_move(after, move)), result.drives)
+            alone = evaluate(replace(result.study, cycle=after.at(move)), result.drives)
             place, binding = max(_instants(alone), key=lambda one: one[1].utilisation or 0.0, default=("", None))
             check = "" if binding is None else binding.name
             at = math.nan if binding is None or binding.time is None else binding.time

@@ -1,8 +1,9 @@
 """Loads of a task with another payload or cycle time, without new inverse dynamics.
 
-If time is scaled by s, the gravity term of a joint torque stays and all other terms (inertial, centripetal, Coriolis,
-rotors) are divided by s^2, as they are quadratic in speed or linear in acceleration. Both are linear in the mass of the
-payload. So four runs of the inverse dynamics give the loads for every payload and every cycle time.
+If time is scaled by s, the terms of a joint torque by gravity and by a force at the tip stay, and all other terms
+(inertial, centripetal, Coriolis, rotors) are divided by s^2, as they are quadratic in speed or linear in acceleration.
+Both are linear in the mass of the payload. So four runs of the inverse dynamics give the loads for every payload and
+every cycle time.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.demand.demand import Workload, at_rest, needs_brakes
+from drivetrain.sizing.demand.demand import Workload, at_rest, held, needs_brakes
 from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
 from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.change import TaskChange, changed
@@ -41,7 +42,7 @@ class WorkFamily:
         )
         resting = () if not needs_brakes(study) else tuple(
             _combined((still, still, empty, empty), share, 1.0)
-            for still, empty in zip(self._resting, self._empty[1], strict=True)
+            for still, empty in zip(*self._held, strict=True)
         )  # fmt: skip
         return Workload(study, basis, study.cycle.weights, resting, self._stops(share) if change.time == 1.0 else None)
 
@@ -76,6 +77,14 @@ class WorkFamily:
         if not self.study.payloads:
             return self._moving, self._resting
         return load_basis(self._bare), load_basis(self._bare, at_rest(self._bare.cycle))
+
+    @cached_property
+    def _held(self) -> tuple[Basis, Basis]:
+        """Loads that brakes hold, with and without the payloads that change."""
+        if self.study.cycle.tip_wrench is None:
+            return self._resting, self._empty[1]
+        full = load_basis(self.study, held(self.study.cycle))
+        return full, load_basis(self._bare, held(self._bare.cycle)) if self.study.payloads else full
 
     @cached_property
     def _bare(self) -> Study:

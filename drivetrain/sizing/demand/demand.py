@@ -69,7 +69,7 @@ class JointDemand:
     load_inertia: Array | None
     cycle: Cycle  # the repeated task; its parts each repeat on their own
     stop: StopDemand  # loads of stops on a ramp
-    # ``gear_torque`` that holds each position at rest [N m]; None if no brake is required
+    # ``gear_torque`` that holds each position at rest [N m], one per sample of ``held``; None if no brake is required
     static_torque: Array | None = None
 
     @cached_property
@@ -210,7 +210,7 @@ class Workload:
         return JointSums(start.torque + torque, wrench, start.inertia + inertia)
 
     def static(self, joint: int, parameters: Array) -> Array | None:
-        """Torque that holds a gear's output at rest at each position [N m], (N,); None if no brake is required.
+        """Torque that holds a gear's output at rest at each sample of ``held`` [N m]; None if no brake is required.
 
         ``parameters``: load parameters of all drives that load the joint.
         """
@@ -222,7 +222,7 @@ class Workload:
 @lru_cache(maxsize=1)
 def workload(study: Study) -> Workload:
     """The workload of a study, prepared for any set of drives; the last one is cached."""
-    resting = load_basis(study, at_rest(study.cycle), torques_only=True) if needs_brakes(study) else ()
+    resting = load_basis(study, held(study.cycle), torques_only=True) if needs_brakes(study) else ()
     return Workload(study, load_basis(study), study.cycle.weights, resting)
 
 
@@ -235,6 +235,21 @@ def at_rest(cycle: Cycle) -> Cycle:
     """A cycle in which every position is held at rest."""
     still = np.zeros_like(cycle.velocity)
     return replace(cycle, velocity=still, acceleration=still)
+
+
+def held(cycle: Cycle) -> Cycle:
+    """A cycle at rest as a brake must hold it: with the force at the tip and, after all these samples, without it."""
+    if cycle.tip_wrench is None:
+        return at_rest(cycle)
+    both = at_rest(cycle.at(held_samples(cycle)))
+    released = np.zeros((len(both.time) - len(cycle.time), 6))
+    return replace(both, tip_wrench=np.concatenate([cycle.tip_wrench, released]))
+
+
+def held_samples(cycle: Cycle) -> Indices:
+    """The samples of ``held`` as samples of the cycle: all, then those with a force at the tip once more."""
+    every = np.arange(len(cycle.time))
+    return every if cycle.tip_wrench is None else np.concatenate([every, every[cycle.tip_wrench.any(axis=1)]])
 
 
 @dataclass(frozen=True, eq=False)

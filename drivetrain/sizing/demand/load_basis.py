@@ -144,10 +144,13 @@ def joint_motion(study: Study, cycle: Cycle, samples: Any = slice(None)) -> tupl
     return tuple(map(np.hstack, zip(base_states(study.base, cycle.time[samples]), motion, strict=True)))
 
 
-def _arm_loads(study: Study, cycle: Cycle, arm: Arm, torques_only: bool, samples: Any = slice(None)) -> Loads:
-    """Loads of all joints of an arm in a motion, at all samples or at some."""
+def _arm_loads(
+    study: Study, cycle: Cycle, arm: Arm, torques_only: bool, samples: Any = slice(None), tip: Array | None = None
+) -> Loads:
+    """Loads of all joints of an arm in a motion, at all samples or at some; ``tip``: its ``Cycle.tip_wrench`` there."""
     base_joints = 0 if study.base is None else len(BASE_JOINTS)
-    found = joint_loads(on_moving_base(arm) if base_joints else arm, *joint_motion(study, cycle, samples))
+    whole, motion = on_moving_base(arm) if base_joints else arm, joint_motion(study, cycle, samples)
+    found = joint_loads(whole, *motion, tip_wrench=tip)
     torque, wrench, carrier = (np.moveaxis(one[:, base_joints:], 0, -1) for one in (
         found.gear, found.wrench, found.carrier_acceleration,
     ))  # fmt: skip
@@ -182,12 +185,13 @@ def _load_inertia(arm: Arm, q: Array) -> Array:
 
 
 def _loads_without_drives(study: Study, cycle: Cycle, torques_only: bool) -> Loads:
-    """Loads by arm, counterbalances and, at each sample, the payload that it carries."""
-    arm, carried, parts = emptied(study), cycle.payload, []
+    """Loads by arm, counterbalances and, at each sample, the payload that it carries and the force at its tip."""
+    arm, carried, pressed, parts = emptied(study), cycle.payload, cycle.tip_wrench, []
     for payload in np.unique(carried):
         samples = np.flatnonzero(carried == payload)
         loaded = carrying(study, arm, int(payload))
-        parts.append((samples, _arm_loads(study, cycle, loaded, torques_only, samples)))
+        tip = None if pressed is None else pressed[samples]
+        parts.append((samples, _arm_loads(study, cycle, loaded, torques_only, samples, tip)))
     joined = []
     for name in ("torque", "wrench", "inertia", "carrier_acceleration"):
         first = getattr(parts[0][1], name)

@@ -60,10 +60,8 @@ def stop_basis(study: Study) -> StopBasis | None:
     position = cycle.position[first] + speed * left * (1.0 - 0.5 * left * share)
     velocity, acceleration = speed * (1.0 - left * share), speed * slowing
     states = replace(
-        cycle, time=cycle.time[first] + after, position=position, velocity=velocity,
-        acceleration=acceleration, payload=cycle.payload[first], segment=cycle.segment[first], parts=(), shares=(1.0,),
-        part_names=("",),
-    )  # fmt: skip
+        cycle.at(first), time=cycle.time[first] + after, position=position, velocity=velocity, acceleration=acceleration
+    )
     try:
         loads = load_basis(study, states, torques_only=True)
     except InputError as error:

@@ -111,17 +111,21 @@ class _Driven:
     stages: Array  # inertia of the stages at the gear's output, (n,) [kg m^2]
     rises: tuple[float, ...]  # rise time of each braking torque [s]
 
-    def torques(self, q: Array, speed: Array, acceleration: Array) -> tuple[Array, Array]:
-        """Gear output torques, and the torques that accelerate the rotors [N m], (S, n) each."""
-        found = drive_torques(self.arm, q, speed @ self.turns.T, acceleration @ self.turns.T)
+    def torques(self, q: Array, speed: Array, acceleration: Array, tip: Array | None) -> tuple[Array, Array]:
+        """Gear output torques, and the torques that accelerate the rotors [N m], (S, n) each.
+
+        ``tip``: what the tip applies to its surroundings, as in ``Cycle.tip_wrench``, (S, 6).
+        """
+        found = drive_torques(self.arm, q, speed @ self.turns.T, acceleration @ self.turns.T, tip_wrench=tip)
         gear = found.gear * self.travels
         return gear - counterbalance_torques(self.study, q), found.motor * self.ratio - gear
 
-    def equations(self, q: Array, speed: Array) -> tuple[Array, Array, Array, Array]:
+    def equations(self, q: Array, speed: Array, tip: Array | None) -> tuple[Array, Array, Array, Array]:
         """A, b, B and r of the equations in the module's docstring, (S, n, n) and (S, n)."""
         count, n = speed.shape
         units = np.tile(np.concatenate([np.zeros((1, n)), np.eye(n)]), (count, 1))
-        every = self.torques(np.repeat(q, n + 1, axis=0), np.repeat(speed, n + 1, axis=0), units)
+        tips = None if tip is None else np.repeat(tip, n + 1, axis=0)
+        every = self.torques(np.repeat(q, n + 1, axis=0), np.repeat(speed, n + 1, axis=0), units, tips)
         gear, rotor = (part.reshape(count, n + 1, n) for part in every)
         first, second = ((part[:, 1:] - part[:, :1]).swapaxes(1, 2) for part in (gear, rotor))
         return first, gear[:, 0], second, rotor[:, 0]
@@ -191,12 +195,14 @@ def _march(
     cycle, back = study.cycle, np.linalg.inv(driven.turns).T
     start = found.first[rows]
     q, speed, time = cycle.position[start], cycle.velocity[start] @ back, np.zeros(len(rows))
-    before, _ = driven.torques(q, speed, cycle.acceleration[start] @ back)
+    pressed = cycle.tip_wrench  # acts on the arm until it rests
+    tip = None if pressed is None else pressed[start]
+    before, _ = driven.torques(q, speed, cycle.acceleration[start] @ back, tip)
     slowing, ramped, overshoots = -speed / braking.ramp, np.isfinite(braking.ramp), None
     while len(rows):
         engaged = time[:, None] >= braking.delay - INSTANT
         limit = braking.torque * engaged
-        first, constant, rotor, rest = driven.equations(q, speed)
+        first, constant, rotor, rest = driven.equations(q, speed, tip)
         sign, acceleration, torque = _slowed(
             driven, (first, constant, rotor, rest), speed, limit, slowing, ramped, free
         )
@@ -235,6 +241,7 @@ def _march(
         rows, q, speed, time, before, slowing, overshoots, free = (
             part[kept] for part in (rows, q, speed, time, before, slowing, overshoots, free)
         )
+        tip = None if tip is None else tip[kept]
 
 
 @kernel

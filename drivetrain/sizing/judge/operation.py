@@ -16,7 +16,7 @@ from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_re
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.records import as_numbers, columns
-from drivetrain.sizing.demand.demand import JointDemand
+from drivetrain.sizing.demand.demand import JointDemand, held_samples
 from drivetrain.sizing.demand.series import joint_series
 from drivetrain.sizing.judge.cases import CASE, cases_of
 from drivetrain.sizing.judge.checks import CHECKS, table
@@ -208,6 +208,8 @@ class Operation:
                 return None  # a mean temperature belongs to no instant
             first = self.demand.cycle.parts[int(self.figures.hottest_part)].start
             return float(time[first]) + (float(self.figures.hottest_time) if len(time) > 1 else 0.0)
+        if series == "static_torque":
+            time = time[held_samples(self.demand.cycle)]
         values = getattr(self, series, None) if hasattr(self, series) else getattr(self.demand, series, None)
         return None if values is None else float(time[int(np.argmax(np.abs(values)))])
 

@@ -29,6 +29,8 @@ from drivetrain.spatial.tool_path import rotations
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.form import made, over
+from drivetrain.study.model import ProcessForce
+from drivetrain.study.parts.forces import force_of_step
 from drivetrain.study.schema import DEFAULT, CycleForm, MixForm, MotionForm, MoveForm, PoseForm, StudyForm
 from drivetrain.units import quantity
 
@@ -41,6 +43,7 @@ KINDS: dict[str, frozenset[str]] = {
 }  # entries allowed with each kind of motion
 
 Motions = dict[str, Motion | LoadTable]
+Forces = dict[str, ProcessForce]
 
 LIMITS = {
     "speed": ("rad/s", "m/s"),
@@ -72,17 +75,17 @@ def resolve_motions(form: StudyForm, arm: Arm | None, ledger: Ledger) -> Motions
     return motions
 
 
-def resolve_cycle(form: StudyForm, arm: Arm | None, motions: Motions, ledger: Ledger) -> Cycle | None:
+def resolve_cycle(form: StudyForm, arm: Arm | None, motions: Motions, forces: Forces, ledger: Ledger) -> Cycle | None:
     """The repeated task; None when it cannot be built."""
     if form.mix is not None:
-        cycle = _mix(form, form.mix, arm, motions, ledger)
+        cycle = _mix(form, form.mix, arm, motions, forces, ledger)
     else:
         entries = form.cycle
         if entries is None:
             entries = _only_motion(form, ledger)
         elif not entries:
             ledger.fault(("cycle",), "must have at least one motion")
-        cycle = _cycle(form, entries, ("cycle",), arm, motions, ledger)
+        cycle = _cycle(form, entries, ("cycle",), arm, motions, forces, ledger)
     run = [entry for part in form.mix for entry in part.cycle] if form.mix is not None else form.cycle
     if run is not None:
         unused = {name for name in form.motions if name != DEFAULT} - {entry.motion for entry in run}
@@ -143,7 +146,9 @@ def _check_return(motion: Motion, swings: dict[str, Swing], duration: float, led
         ledger.fault(("base",), problem, hint=hint)
 
 
-def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motions, ledger: Ledger) -> Cycle | None:
+def _mix(
+    form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motions, forces: Forces, ledger: Ledger
+) -> Cycle | None:
     """Several cycles with their shares of use; None after a fault."""
     if form.cycle is not None:
         ledger.fault(("mix",), "cannot stand beside cycle", hint="make the cycle one part of the mix")
@@ -156,7 +161,9 @@ def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motion
     for i, name in enumerate(names):
         if name in names[:i]:
             ledger.fault(("mix", i, "name"), "is given twice in the mix", name)
-    cycles = [_cycle(form, part.cycle, ("mix", i, "cycle"), arm, motions, ledger) for i, part in enumerate(parts)]
+    cycles = [
+        _cycle(form, part.cycle, ("mix", i, "cycle"), arm, motions, forces, ledger) for i, part in enumerate(parts)
+    ]
     ready = [cycle for cycle in cycles if cycle is not None]
     if not parts or len(ready) < len(parts) or ledger.spoiled(("mix",)):
         return None
@@ -164,23 +171,31 @@ def _mix(form: StudyForm, parts: list[MixForm], arm: Arm | None, motions: Motion
 
 
 def _cycle(
-    form: StudyForm, entries: list[CycleForm], place: Place, arm: Arm | None, motions: Motions, ledger: Ledger
-) -> Cycle | None:
+    form: StudyForm, entries: list[CycleForm], place: Place, arm: Arm | None, motions: Motions, forces: Forces,
+    ledger: Ledger,
+) -> Cycle | None:  # fmt: skip
     """One cycle from its list of steps; None after a fault."""
     known = len(ledger.faults)
     names = [name for name in form.motions if name != DEFAULT]
-    written = ledger.document.data.get("payloads")
-    payloads = list(written) if isinstance(written, dict) else []  # payloads with faults are reported elsewhere
+    # Payloads and forces with faults are reported elsewhere.
+    stated = (ledger.document.data.get(section) for section in ("payloads", "forces"))
+    payloads, pressing = (list(names) if isinstance(names, dict) else [] for names in stated)
     for i, entry in enumerate(entries):
         if entry.motion is not None:
             ledger.known((*place, i, "motion"), "is no motion of this study", entry.motion, names)
         if entry.payload is not None:
             ledger.known((*place, i, "payload"), "is no payload of this study", entry.payload, payloads)
+        if entry.force is not None:
+            ledger.known((*place, i, "force"), "is no force of this study", entry.force, pressing)
     ready = all(entry.motion is None or entry.motion in motions for entry in entries)
+    ready = ready and all(entry.force is None or entry.force in forces for entry in entries)
     if not entries or not ready or len(ledger.faults) > known:
         return None
     with ledger.gather(place):
-        steps: list[Step] = [one.made(motion=motions.get(one.motion or "")) for one in entries]
+        steps: list[Step] = [
+            one.made(motion=motions.get(one.motion or ""), force=force_of_step(arm, forces.get(one.force or "")))
+            for one in entries
+        ]
         return build_cycle(steps, may_stay_open=form.open_cycle, slides=None if arm is None else arm.slides)
     return None
 
@@ -188,13 +203,13 @@ def _cycle(
 def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
     """The cycle of a study that states none: its only motion."""
     names = [name for name in form.motions if name != DEFAULT]
-    if len(names) != 1 or len(form.payloads) > 1:
-        choice = "motions" if len(names) > 1 else "payloads"
+    if len(names) != 1 or len(form.payloads) > 1 or len(form.forces) > 1:
+        choice = "motions" if len(names) > 1 else "payloads" if len(form.payloads) > 1 else "forces"
         if names:
             problem = f"is missing: with several {choice} the study must say in which order they come"
             ledger.fault(("cycle",), problem, hint="such as a list of {motion: pick, payload: part}")
         return []
-    return [CycleForm(motion=names[0], payload=next(iter(form.payloads), None))]
+    return [CycleForm(motion=names[0], payload=next(iter(form.payloads), None), force=next(iter(form.forces), None))]
 
 
 def _kind(own: MotionForm, ledger: Ledger, place: Place) -> str:
