@@ -9,7 +9,7 @@ Reference: Modern Robotics (Lynch and Park), equations 8.103 to 8.111.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -180,8 +180,13 @@ WEIGHTLESS = np.zeros(3)
 
 def _torque(arm: Arm, given: dict[str, Any], *, gravity: Array | None = None, tip_wrench: Any = None) -> Array:
     """The torques of a motion whose speeds and accelerations are zero unless given."""
-    motion, model = finite_samples(arm.n, given), packed(arm)
+    motion = finite_samples(arm.n, given)
     rest = np.zeros(motion[0].shape)
+    if arm.linkage is not None:
+        arm = arm if gravity is None else replace(arm, gravity=gravity)
+        torque = joint_loads(arm, *(*motion, rest, rest)[:3], tip_wrench=tip_wrench).torque
+        return torque if np.ndim(given["q"]) == 2 else torque[0]
+    model = packed(arm)
     tip = tip_samples(model, tip_wrench, len(rest))
     torque = run(model, (*motion, rest, rest)[:3], gravity=gravity, tip=tip)
     return torque if np.ndim(given["q"]) == 2 else torque[0]

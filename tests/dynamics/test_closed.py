@@ -12,7 +12,7 @@ import drivetrain as dt
 from drivetrain.arm.closures import Closure, LoopLink, with_closures
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import Rotor
-from drivetrain.dynamics.closed import whole_motion
+from drivetrain.dynamics.closed import main_chain, whole_motion
 from drivetrain.dynamics.flexibility import locked_frequencies
 from drivetrain.dynamics.inverse import inverse_dynamics, joint_loads
 from drivetrain.export.urdf import urdf_text
@@ -248,12 +248,30 @@ def test_wrenches_are_known_outside_of_loops():
 def test_functions_for_open_chains_refuse_loops():
     arm = CASES["palletiser"]
     q = np.zeros(arm.n)
-    for call in (dt.mass_matrix, dt.tip_pose, dt.gravity_torque):
+    for call in (dt.mass_matrix, dt.tip_pose):
         with pytest.raises(dt.InputError, match="closed loops"):
             call(arm, q)
     for once in (dt.torque_parameters, urdf_text, dt.book_lists, dt.symbolic_dynamics, dt.on_moving_base):
         with pytest.raises(dt.InputError, match="closed loops"):
             once(arm)
+
+
+def test_single_causes_add_up_with_loops():
+    """Gravity, speeds and a wrench at the tip, each alone, are the whole; the wrench does the work of the tip's motion."""
+    arm = CASES["palletiser"]
+    q, qd, _ = (rows[::7] for rows in motion(arm))
+    wrench, still = np.array([1.0, -2.0, 3.0, 40.0, -50.0, 60.0]), np.zeros_like(q)
+    alone = dt.gravity_torque(arm, q) + dt.velocity_torque(arm, q, qd) + dt.tip_torque(arm, q, wrench)
+    np.testing.assert_allclose(alone, dt.bias_torque(arm, q, qd, tip_wrench=wrench), atol=1e-9)
+    np.testing.assert_allclose(dt.gravity_torque(arm, q[0]), inverse_dynamics(arm, q[0], still[0], still[0]), atol=1e-9)
+    step = 1e-6
+    before, now, after = (dt.tip_pose(*main_chain(arm, q + sign * step * qd)) for sign in (-1, 0, 1))
+    velocity, rate = (after - before)[:, :3, 3] / (2 * step), (after - before)[:, :3, :3] / (2 * step)
+    spin = rate @ np.swapaxes(now[:, :3, :3], 1, 2)
+    turning = np.column_stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])
+    moment, force = (now[:, :3, :3] @ part for part in np.split(wrench, 2))
+    power = np.sum(moment * turning + force * velocity, axis=1)
+    np.testing.assert_allclose(np.sum(dt.tip_torque(arm, q, wrench) * qd, axis=1), power, rtol=1e-6, atol=1e-7)
 
 
 def test_dead_centres_and_reach():

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import drivetrain as dt
+from drivetrain.dynamics.closed import main_chain
 from drivetrain.errors import InputError
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.load_basis import load_basis
@@ -15,7 +18,8 @@ from drivetrain.study.change import TaskChange
 from drivetrain.study.read import load_study
 
 CARRIED, PUSHED = 8.0, 60.0  # [kg] behind the vertical slide, [N] downwards
-STILL, EARTH = 1e-12, 9.81
+EARTH = 9.81  # [m/s^2]
+EXAMPLES = Path(__file__).parents[2] / "examples"
 STEPS = [{"motion": "up", "force": "push"}, {"dwell": 0.2, "force": "push"}, {"motion": "down", "force": "push"}]
 
 
@@ -119,6 +123,38 @@ def test_a_simulated_force_is_stronger_gravity(solver):
         np.testing.assert_allclose(
             pushed["scene.tip_force_power"], -PUSHED * pushed["scene.tip_speed_z"], atol=1e-9, rtol=1e-9
         )
+
+
+@pytest.mark.parametrize("loops", [False, True])
+def test_a_force_on_a_free_arm_accelerates_it(loops):
+    """After a few short steps from rest, the accelerations need no torques with the force at the tip."""
+    if loops:
+        study = load_study(EXAMPLES / "palletiser" / "study.yaml")
+        arm, q = study.arm, study.cycle.position[300]
+    else:
+        arm, q = dt.load_arm("ur5"), np.array([0.3, -1.2, 1.0, -1.0, -1.5, 0.2])
+    wrench, still = np.array([1.0, 2.0, 3.0, 5.0, 10.0, -80.0]), np.zeros(arm.n)
+    turn = dt.tip_pose(*main_chain(arm, q[None]))[0, :3, :3]
+    force = dt.effects.TipForce([0.0], -(turn @ wrench[3:])[None], -(turn @ wrench[:3])[None])
+    run = dt.simulate(dt.Scene(arm, {"scene": (force,)}, 5e-4, q), solver=dt.FixedStep(1e-5))
+    rates = np.array([run[f"{name}.speed"][-1] / run.time[-1] for name in arm.joint_names])
+    rest = dt.inverse_dynamics(arm, q, still, rates, tip_wrench=wrench)
+    needed = dt.inverse_dynamics(arm, q, still, still, tip_wrench=wrench)
+    assert np.abs(rest).max() < 1e-5 * np.abs(needed).max()  # by the motion during these steps
+
+
+def test_the_inverse_engine_knows_forces_on_arms_with_loops():
+    text = (EXAMPLES / "palletiser" / "study.yaml").read_text(encoding="utf-8")
+    robot = str(EXAMPLES / "palletiser" / "palletiser.urdf")
+    stated = {**yaml.safe_load(text), "arm": robot, "forces": {"push": {"force": [5, 10, -80], "moment": [1, 2, 3]}}}
+    pairs = dt.select(load_study(text.replace("palletiser.urdf", robot))).evaluation.drives
+    stated["cycle"] = [{**step, "force": "push"} for step in stated["cycle"]]
+    evaluation = dt.evaluate(load_study(stated), pairs)
+    run = dt.simulate(evaluation, solver=dt.Inverse())
+    for name, joint in evaluation.joints.items():
+        wanted = np.interp(run.time, evaluation.study.cycle.time, joint.series.gear_torque)
+        away = np.abs(run[f"{name}.mesh_torque"] - wanted)
+        assert np.median(away) < 1e-6 * np.abs(wanted).max(), name  # not at jumps of friction, between samples
 
 
 def study_of(force: dict, **changes) -> dt.study.Study:
