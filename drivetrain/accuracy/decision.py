@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +15,6 @@ from drivetrain.arrays import Array
 from drivetrain.drive.drive import resting
 from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.drive.thermal.heat import Mix, PeriodicTemperature, mixed_temperature_of_current
-from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.dynamics.closed import main_chain
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.motion.duty_cycle import sample_weights
@@ -33,10 +32,7 @@ class Basis:
     """The data, besides a recording, from which its decision quantities are computed."""
 
     motors: Mapping[str, Motor]  # data sheets by joint name
-    # thermal networks by joint name; a joint without one has no temperature
-    networks: Mapping[str, ThermalNetwork]
-    # share of the gear's loss that heats the housing, by joint name
-    gear_heat: Mapping[str, float] = field(default_factory=dict)
+    heats: Mapping[str, WindingHeat]  # heating by joint name; a joint without one has no temperature
     evaluation: Evaluation | None = None  # of the study; None: no checks
     period: float | None = None  # of the repeated cycle, of which the last is judged [s]; None: the whole recording
     ends: tuple[float, ...] = (math.inf,)  # ends of the parts of a mix within the period [s]
@@ -50,19 +46,19 @@ class Basis:
 
 def basis_of(scene: Scene, evaluation: Evaluation | None = None) -> Basis:
     """The data from which the decision quantities of a scene's recordings are computed."""
-    motors, networks, gear_heat = {}, {}, {}
+    motors, heats = {}, {}
     for name, effects in scene.effects.items():
         for effect in effects:
             sheet = getattr(effect, "motor", None)
             if isinstance(sheet, Motor):
                 motors[name] = sheet
             if isinstance(effect, WindingHeat):
-                networks[name], gear_heat[name] = effect.network, effect.gear_heat
+                heats[name] = effect
     if evaluation is None:
-        return Basis(motors, networks, gear_heat)
+        return Basis(motors, heats)
     cycle = evaluation.study.cycle
     ends = tuple(float(cycle.time[part.stop - 1]) for part in cycle.parts)
-    return Basis(motors, networks, gear_heat, evaluation, cycle.duration, ends, cycle.shares)
+    return Basis(motors, heats, evaluation, cycle.duration, ends, cycle.shares)
 
 
 def decision(recording: Recording, scene: Scene, basis: Basis) -> Decision:
@@ -104,13 +100,13 @@ def _joint(
     """The decision quantities of one joint; ``weights`` are those of ``mean_weights``."""
     current = series.get(f"{name}.current", np.full(len(weights), np.nan))
     torque = series.get(f"{name}.mesh_torque", np.full(len(weights), np.nan))
-    network = basis.networks.get(name)
+    heating = basis.heats.get(name)
     return JointDecision(
         float(np.abs(current).max()),
         rms(current, weights),
         rms(torque, weights),
         math.nan if heat is None else heat.peak_winding,
-        math.nan if network is None else network.ambient,
+        math.nan if heating is None else heating.network.ambient,
         float(np.abs(_deviation(name, series)).max()),
     )
 
@@ -171,12 +167,12 @@ def _heat(
 
     ``heated``: the scene contains the heating of the winding, so its resistance follows the temperature.
     """
-    network, motor = basis.networks.get(name), basis.motors.get(name)
+    heating, motor = basis.heats.get(name), basis.motors.get(name)
     current = series.get(f"{name}.current")
-    if network is None or motor is None or current is None:
+    if heating is None or motor is None or current is None:
         return None
-    loss = np.zeros(len(time))
-    share = basis.gear_heat.get(name, 0.0)
+    network, share = heating.network, heating.gear_heat
+    loss = np.full(len(time), heating.constant_loss)
     shares = {"motor_friction_power": 1.0, "motor_viscous_power": 1.0, "mesh_power": share}
     shares["gear_drag_power"] = share - 1.0  # already included in the motor's friction
     for what, counted in shares.items():

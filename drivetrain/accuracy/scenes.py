@@ -36,7 +36,7 @@ from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_
 from drivetrain.sizing.results import Evaluation, JointResult
 from drivetrain.study.model import JointTask, Study
 from drivetrain.study.parts.mounting import TWO_AS_ONE
-from drivetrain.study.parts.simulation import KNOWN_EFFECTS, AddedEffect, Control, Simulation
+from drivetrain.study.parts.simulation import KNOWN_EFFECTS, TWO_INTEGRATORS, AddedEffect, Control, Simulation
 
 LABELS = {
     "ViscousFriction": "viscous friction",
@@ -152,8 +152,8 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         stated = task.axis_name  # what the study says of both motors of an axis
         control, teeth = settings.control.get(stated), settings.cogging.get(stated)
         if task.sharing and control is not None and control.integral_time is not None:
-            problem = "cannot be combined with two motors on the axis, whose integrators would act against each other"
-            raise InputError(Fault(f"simulation.control.{stated}.integral_time", problem, control.integral_time))
+            place = f"simulation.control.{stated}.integral_time"
+            raise InputError(Fault(place, TWO_INTEGRATORS, control.integral_time))
         own = [one for effect in effects[task.name] for one in _current_loop(effect, joint.drive, settings, control)]
         own = [one for effect in own for one in _sampled_cascade(effect, ratios[task.name], control)]
         motors = 2.0 if TWO_AS_ONE in joint.drive.assumptions else 1.0
@@ -217,7 +217,9 @@ def _heat(study: Study, task: JointTask, joint: JointResult) -> tuple[Effect, ..
     if network is None or winding is None or housing is None or not np.isfinite(winding).all():
         return ()
     slow, start = _with_slow_nodes(network, study.cycle.duration), (float(winding[0]), float(housing[0]))
-    return (WindingHeat(slow, *start, gear_heat=task.gear_heat),)
+    current = math.sqrt(np.average(np.square(joint.series.current), weights=study.cycle.weights))
+    other = task.constant_loss(joint.drive.motor, joint.amplifier, current)
+    return (WindingHeat(slow, *start, gear_heat=task.gear_heat, constant_loss=other),)
 
 
 def _with_slow_nodes(network: ThermalNetwork, period: float) -> ThermalNetwork:

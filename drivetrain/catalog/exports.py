@@ -22,6 +22,7 @@ from drivetrain.units import to_si
 from drivetrain.whole_files import read_text, write_files
 
 NAMES = ("motors", "gears", "brakes", "amplifiers")
+NO_UNIT = "says no unit"  # said once a column
 SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells without a value
 _NUMBER = re.compile(r"([+\-−]?\d[\d.,'’\u00a0\u202f ]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(\S+))\s*:?\s*", re.DOTALL)
@@ -197,16 +198,20 @@ def import_export(
     if target.exists() and not overwrite:
         raise InputError(Fault(str(out), f"already holds {name}", hint="choose another folder or overwrite"))
     grid = _grid(path)
-    sideways = not given.columns and _known(row[0] for row in grid) > max(map(_known, grid), default=0)
+    first_column = [cell for row in grid for cell in row[:1]]
+    sideways = not given.columns and _known(first_column) > max(map(_known, grid), default=0)
     if given.transposed or sideways:
         given, grid = replace(given, transposed=True), [list(column) for column in zip_longest(*grid, fillvalue="")]
     if not given.columns and _has_decimal_commas(grid):
         given = replace(given, decimal=",")
-    places = _places(given, grid, path)
+    places, columns = _places(given, grid, path), by_name(TABLES[name])
     top = max((row for row, _, _ in places.values()), default=0)
+    first = next((row for row in range(top + 1, len(grid)) if any(cell.strip() for cell in grid[row])), len(grid))
+    if first < len(grid) and _are_units(grid[first], places, columns):
+        places = {key: (row, at, _with_unit(text, grid[first], at)) for key, (row, at, text) in places.items()}
+        first += 1
     bases, faults, refused, records = read_basis(basis), Faults(str(path)), list[Fault](), list[Record]()
-    columns = by_name(TABLES[name])
-    for line, cells in enumerate(grid[top + 1 :], top + 2):
+    for line, cells in enumerate(grid[first:], first + 1):
         if not any(cells[at].strip() for _, at, _ in places.values() if at < len(cells)):
             continue
         record = {column: str(text) for column, text in given.fixed.items()}
@@ -223,7 +228,8 @@ def import_export(
             records.append(record)
     if not records and not refused and not faults.found:
         faults.add("the file", "holds no part below its headings")
-    faults.raise_any()
+    first_ones = {(one.problem, one.hint) if one.problem == NO_UNIT else one.place: one for one in faults.found[::-1]}
+    raise_faults(reversed(first_ones.values()))
     if records:
         write_files(out, {name: table_text(records, TABLES[name])})
     taken = {at for _, at, _ in places.values()}
@@ -237,7 +243,20 @@ def _grid(path: Path) -> list[list[str]]:
     lines = text.splitlines()
     counts = {mark: sum(line.count(mark) for line in lines) for mark in ("\t", ";", ",")}
     mark = next((one for one in ("\t", ";") if counts[one] >= max(1, len(lines) // 2)), ",")
-    return [row for row in csv.reader(io.StringIO(text), delimiter=mark) if any(cell.strip() for cell in row)]
+    return list(csv.reader(io.StringIO(text), delimiter=mark))
+
+
+def _are_units(cells: Sequence[str], places: Mapping[str, tuple[int, int, str]], columns: Mapping[str, Column]) -> bool:
+    """Whether the row below the headings gives their units: it has text, but no number, in columns of numbers."""
+    numbers = [at for name, (_, at, _) in places.items() if columns[name].content == NUMBER]
+    found = [cells[at].strip() for at in numbers if at < len(cells)]
+    return any(one.casefold() not in SILENT for one in found) and not any(map(_NUMBER.fullmatch, found))
+
+
+def _with_unit(heading: str, units: Sequence[str], at: int) -> str:
+    """A heading with the unit that stands below it."""
+    unit = units[at].strip().strip("[]()") if at < len(units) else ""
+    return f"{heading} [{unit}]" if unit else heading
 
 
 def _has_decimal_commas(grid: Sequence[Sequence[str]]) -> bool:
@@ -279,7 +298,7 @@ def _places(given: ExportMap, grid: Sequence[Sequence[str]], path: Path) -> dict
             if hits and name not in given.fixed:
                 found[name] = (row, *hits[0])
         best = found if len(found) > len(best) else best
-    seen = [cell for row in grid[:1] for cell in row]
+    seen = max(([cell for cell in row if cell.strip()] for row in grid), key=len, default=[])
     missing = [name for name in given.columns if name not in best]
     if missing or not best:
         faults = [Fault(f"columns.{name}", "no such heading", words[name][0], nearest(words[name][0], seen), str(path))
@@ -315,9 +334,9 @@ def _cell(text: str, column: Column, given: ExportMap, heading: str, line: int) 
     unit = next((one for one in units if one), "")
     if column.unit not in ("", "1") and not unit:
         hint = f"columns: {{{column.name}: {{heading: {heading}, unit: {column.unit}}}}}"
-        raise InputError(Fault(place, "says no unit", text, hint))
+        raise InputError(Fault(place, NO_UNIT, text, hint))
     value = number * stated.times
-    value = float(to_si(value, unit, place, unit=column.unit)) if column.unit else value
+    value = float(to_si(value, unit, place if own else heading, unit=column.unit)) if column.unit else value
     return f"{value:.12g}"
 
 

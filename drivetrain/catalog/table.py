@@ -254,7 +254,8 @@ def _number_hint(text: str) -> str:
         return "leave the cell empty when it is unknown"
     if ":" in text:
         return "write 10:1 as 10"
-    return "a unit belongs in the header, not in the cell" if text[:1].isdigit() else ""
+    digits = any(letter.isdigit() for letter in text)
+    return "write the number alone; a unit belongs in the header, not in the cell" if digits else ""
 
 
 def _key_faults(rows: Iterable[Row]) -> list[CellFault]:

@@ -341,7 +341,8 @@ def _axis(study: Study, task: JointTask, joint: JointResult, step: float, bandwi
     heats = network is not None and network.winding_capacity is not None and motor.max_winding_temperature is not None
     # A winding without thermal data stays at ambient temperature.
     nodes = network if heats and network is not None else ThermalNetwork(1.0, 1.0, 1.0, 1.0, study.ambient)
-    heat = WindingHeat(nodes, gear_heat=task.gear_heat).own(None)  # type: ignore[arg-type]
+    other = task.constant_loss(motor, amplifier)
+    heat = WindingHeat(nodes, gear_heat=task.gear_heat, constant_loss=other).own(None)  # type: ignore[arg-type]
     heat.winding_temperature = heat.housing_temperature = study.ambient
     fastest = float(np.abs(joint.series.speed).max())
     return Axis(

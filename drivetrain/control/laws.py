@@ -205,7 +205,7 @@ def drive(axis: Any, load: Any, rotor_torque: Any, planned: Any, measured: Any) 
         square = (amperes / axis.amplifier.continuous_current) ** 2
         axis.overload = overload_after(axis.amplifier, axis.overload, square, axis.step)
     if axis.heats != 0.0:
-        lost = friction_at(friction_curve(axis.shaft), turning) * turning
+        lost = friction_at(friction_curve(axis.shaft), turning) * turning + heat.constant_loss
         lost += heat.gear_heat * gear_loss_power(mesh, load, measured, axis.gear_temperature)
         heat.copper, heat.iron, heat.clock = axis.step * resistance * amperes * amperes, axis.step * lost, axis.step
         heat.winding_temperature, heat.housing_temperature = warmed(heat)

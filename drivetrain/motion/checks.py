@@ -31,6 +31,9 @@ MISMATCH_WARNING = 0.03  # the same ratio, above which there is a warning
 PLAUSIBLE_ANGLE = 4.0 * math.pi  # [rad] joints of arms seldom make more than two turns either way
 PLAUSIBLE_SPEED = 30.0  # [rad/s] joints of arms seldom turn faster than 290 rpm
 SMALL_IN_DEGREES = 2.0 * math.pi  # a file in degrees with no larger value may be in radians
+# Steps [s] and length [s] from which a sampled motion is implausibly slow: one in milliseconds at 1 kHz, over 2 s.
+SLOW_STEP, LONG = 1.0, 2000.0
+ALIKE = 0.99  # correlation of values and integrated rates that differ by a factor only
 KNOWN_MISTAKES = (  # ratios of values to integrated rates that point to a known mistake
     (math.pi / 180.0, "the rates look like degrees, not radians"),
     (180.0 / math.pi, "the values look like degrees, not radians"),
@@ -145,18 +148,20 @@ def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -
         time: [s], (N,).
         values: The values.
         rates: What is given as their time derivative.
-        smallest: Differences up to this are ignored, in SI.
+        smallest: Differences up to this are ignored, in SI, unless a known mistake explains them.
     """
     travel = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (rates.values[1:] + rates.values[:-1]))])
     wanted, travel = values.values - values.values.mean(), travel - travel.mean()
     span = max(float(np.ptp(wanted)), float(np.ptp(travel)))
     off = np.abs(wanted - travel)
     worst = int(off.argmax())
-    if span == 0.0 or off[worst] <= max(smallest, MISMATCH_WARNING * span):
+    if span == 0.0 or off[worst] <= MISMATCH_WARNING * span:
+        return [], []
+    hint, alike = _known_mistake(wanted, travel)
+    if off[worst] <= smallest and not (hint and alike):
         return [], []
     share = float(off[worst]) / span
     problem = f"is not the derivative of {values.name}: integrated, it misses by {100 * share:.3g} % of the span"
-    hint = _known_mistake(wanted, travel)
     if share > MISMATCH_FAULT:
         return [Fault(f"column {rates.name}", problem, None, hint, rates.file)], []
     return [], [f"warning: column {rates.name} {problem}" + (f"; {hint}" if hint else "")]
@@ -184,16 +189,26 @@ def speed_warnings(column: str, speed: Array, joint: str) -> Iterator[str]:
         yield f"warning: column {column}: {joint} reaches {largest:.4g} rad/s: is this deg/s, rpm or a motor's speed?"
 
 
-def _known_mistake(wanted: Array, travel: Array) -> str:
-    """Message of the known mistake whose factor explains wanted = factor x travel; empty if there is none."""
+def slow_warnings(time: Array) -> Iterator[str]:
+    """Warning if samples are so far apart, and last so long, that the times may be milliseconds."""
+    step, whole = float(np.median(np.diff(time))), float(time[-1] - time[0])
+    if step >= SLOW_STEP and whole >= LONG:
+        yield f"warning: samples {step:.4g} s apart, {whole:.4g} s in all: are the times milliseconds?"
+
+
+def _known_mistake(wanted: Array, travel: Array) -> tuple[str, bool]:
+    """Message of the known mistake whose factor explains wanted = factor x travel, empty if there is none, and whether
+    nothing but a factor distinguishes them.
+    """
     power = float(travel @ travel)
     if power == 0.0:
-        return "the rates are zero"
+        return "the rates are zero", False
     factor = float(wanted @ travel) / power
+    alike = abs(float(wanted @ travel)) > ALIKE * math.sqrt(power * float(wanted @ wanted))
     for known, words in KNOWN_MISTAKES:
         if abs(factor / known - 1.0) < 0.02:
-            return words
-    return ""
+            return words, alike
+    return "", alike
 
 
 def _place(series: Series, index: int) -> str:

@@ -1,4 +1,4 @@
-"""Motions in files of other programs as tables in SI: ROS 2 trajectories (YAML), ROS bags, MATLAB's .mat files."""
+"""Motions in files of other programs as tables in SI: ROS 2 trajectories (YAML), ROS bags, arrays in .mat and .npz."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from drivetrain.whole_files import read_text
 
 SERIES = {"q": "positions", "qd": "velocities", "qdd": "accelerations"}
 WRAPPERS = ("trajectory", "joint_trajectory", "goal")
-IN_MATLAB = {
+IN_ARRAYS = {
     "time": ("t", "time", "tout"),
     "q": ("q", "pos", "position", "positions"),
     "qd": ("qd", "dq", "vel", "velocity", "velocities"),
@@ -28,7 +28,7 @@ SHOWN = 5  # largest number of faults of one kind reported
 
 
 def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[str] | None = None) -> Table | None:
-    """Read a ROS 2 trajectory (.yaml, .yml), a ROS bag or a .mat file as a table in SI.
+    """Read a ROS 2 trajectory (.yaml, .yml), a ROS bag, a .mat or a .npz file as a table in SI.
 
     Args:
         path: The file.
@@ -144,13 +144,22 @@ def matlab_arrays(path: Path) -> dict[str, Any]:
         raise InputError(Fault("file", f"cannot be read as .mat: {error}", file=str(path))) from None
 
 
-def _matlab(path: Path, joint_names: Sequence[str]) -> Read:
-    held = matlab_arrays(path)
-    found = {what: next((held[one] for one in names if one in held), None) for what, names in IN_MATLAB.items()}
+def numpy_arrays(path: Path) -> dict[str, Any]:
+    """The arrays of a .npz file by name."""
+    try:
+        with np.load(path) as held:
+            return {key: held[key] for key in held.files}
+    except (OSError, ValueError, EOFError) as error:
+        raise InputError(Fault("file", f"cannot be read as .npz: {error}", file=str(path))) from None
+
+
+def _arrays(path: Path, joint_names: Sequence[str]) -> Read:
+    held = matlab_arrays(path) if path.suffix.lower() == ".mat" else numpy_arrays(path)
+    found = {what: next((held[one] for one in names if one in held), None) for what, names in IN_ARRAYS.items()}
     faults, n, series = Faults(str(path)), len(joint_names), dict[str, Array]()
     for what in ("time", "q"):
         if found[what] is None:
-            faults.add(f"variable {what}", "is missing", None, f"one of {', '.join(IN_MATLAB[what])}")
+            faults.add(f"variable {what}", "is missing", None, f"one of {', '.join(IN_ARRAYS[what])}")
     faults.raise_any()
     time = _real(found["time"], "time", faults).ravel()
     for name in (name for name in SERIES if found[name] is not None):
@@ -232,5 +241,5 @@ def _bag(path: Path, joint_names: Sequence[str]) -> Read:
 
 
 READERS: dict[str, Callable[[Path, Sequence[str]], Read]] = {
-    ".yaml": _trajectory, ".yml": _trajectory, ".mat": _matlab, **dict.fromkeys(BAGS, _bag),
+    ".yaml": _trajectory, ".yml": _trajectory, ".mat": _arrays, ".npz": _arrays, **dict.fromkeys(BAGS, _bag),
 }  # fmt: skip

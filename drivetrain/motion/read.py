@@ -44,7 +44,7 @@ def read_motion(
     position_units: Sequence[str] | None = None,
     name: str = "",
 ) -> Motion:
-    """Read a motion from a CSV file, a ROS 2 trajectory (.yaml), a ROS bag or a .mat file.
+    """Read a motion from a CSV file, a ROS 2 trajectory (.yaml), a ROS bag, a .mat or a .npz file.
 
     Columns: ``time [s]``; per joint ``q_<joint> [deg]`` (or ``position_<joint>``, the joint's bare name, or ``q1``,
     ``q2`` in order); optionally ``qd_<joint> [rad/s]`` and ``qdd_<joint> [rad/s^2]``. Rates that are not given are
@@ -75,6 +75,7 @@ def read_motion(
     faults = [*table.faults, *found.faults, *_kind_faults(found, joints, position_units, table.file)]
     time = _checked_time(table, found, faults, pairs=len(found.found) == 3 * len(joints))
     notes = [*found.notes, *checks.sampling_notes(time, [found.found["position", joint].values for joint in joints])]
+    notes += checks.slow_warnings(time)
     still = STILL * max(float(np.ptp(found.found["position", joint].values)) for joint in joints)
     blocks, ways = [], []
     for joint in joints:
@@ -119,6 +120,9 @@ def read_load_table(
     joints = tuple(joint_names) if joint_names is not None else _named_joints(table)
     found = assigned_columns(table, joints, (TORQUE, SPEED, ROTATION))
     faults = [*table.faults, *found.faults]
+    if any(column.name.casefold().startswith("force") for column in table.columns):
+        hint = "a slide is an arm of one prismatic joint, such as a DH table of one row"
+        faults.append(Fault("columns", "a load table has torques and speeds of rotation", None, hint, table.file))
     time = _checked_time(table, found, faults, pairs=True)
     torque, speed = (np.stack([found.found[kind, j].values for j in joints], axis=1) for kind in ("torque", "speed"))
     faults += _speed_step_faults(time, table, found.found, joints)

@@ -13,7 +13,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.motion import checks
-from drivetrain.motion.foreign import BAGS, joint_states, matlab_arrays
+from drivetrain.motion.foreign import BAGS, joint_states, matlab_arrays, numpy_arrays
 from drivetrain.motion.read import ACCELERATION, POSITION, VELOCITY, unit_notes
 from drivetrain.motion.smoothing import detected_resolution
 from drivetrain.motion.table import TIME as NAMES_OF_TIME
@@ -121,7 +121,7 @@ def read_recording(
     elif suffix in BAGS or file.is_dir():
         table = _table(file, _bag(file, joints), {})
     elif suffix in SUFFIXES:
-        arrays = {".npz": _npz, ".parquet": _parquet, ".mat": matlab_arrays}[suffix](file)
+        arrays = {".npz": numpy_arrays, ".parquet": _parquet, ".mat": matlab_arrays}[suffix](file)
         bare = {key: f"{key} [{_IN_MATLAB[key]}]" for key in arrays if suffix == ".mat" and key in _IN_MATLAB}
         table = _table(file, arrays, bare | dict(columns or {}))
     else:
@@ -139,6 +139,7 @@ def read_recording(
         faults += checks.jump_faults(found.time.values, series, resolution, turns=place.unit == "rad")
     raise_faults(faults)
     notes = [f"{len(table.rows)} samples from {file.name}", *found.notes, *unit_notes(found.found, joints)]
+    notes += checks.slow_warnings(found.time.values)
     values: dict[str, Array] = {}
     for kind in (POSITION, *RATES):
         present = [found.found[kind.name, joint].values for joint in joints if (kind.name, joint) in found.found]
@@ -227,14 +228,6 @@ def _numbers(value: Any) -> Array | None:
     if array.ndim == 2 and array.shape[0] == 1:
         array = array.T
     return np.asarray(array if array.ndim == 2 else array[:, None], dtype=np.float64)
-
-
-def _npz(file: Path) -> Mapping[str, Any]:
-    try:
-        with np.load(file) as held:
-            return {key: held[key] for key in held.files}
-    except (OSError, ValueError, EOFError) as error:
-        raise InputError(Fault("file", f"cannot be read as .npz: {error}", file.name)) from None
 
 
 def _parquet(file: Path) -> Mapping[str, Any]:

@@ -58,14 +58,13 @@ def read_table(source: str | Path | StringIO) -> Table:
     for header in dict.fromkeys(headers):
         if headers.count(header) > 1:
             faults.add(f"row {header_line}", "two columns have this header", header)
-    cells = []
-    rows = []
-    for line, row in lines[1:]:
-        if len(row) != len(headers):
-            faults.add(f"row {line}", f"must have {len(headers)} cells like the header", len(row))
-            continue
-        cells.append(row)
-        rows.append(line)
+    cells = [row for _, row in lines[1:] if len(row) == len(headers)]
+    rows = [line for line, row in lines[1:] if len(row) == len(headers)]
+    wrong = [(line, row) for line, row in lines[1:] if len(row) != len(headers)]
+    for line, row in wrong[:FAULTS_A_COLUMN]:
+        faults.add(f"row {line}", f"must have {len(headers)} cells like the header", len(row))
+    if len(wrong) > FAULTS_A_COLUMN:
+        faults.add("rows", f"{len(wrong) - FAULTS_A_COLUMN} more like this")
     columns = []
     for index, header in enumerate(headers):
         values = _numbers([row[index] for row in cells], rows, header, faults)

@@ -188,7 +188,7 @@ def _constants(drive: Drive) -> str:
     parts = [
         ("G", gear.ratio, ""), ("eta", mesh, ""), ("J of the rotor", motor.rotor_inertia, "kg m^2"),
         ("J at the gear's input", None if gear.direct else gear.inertia, "kg m^2"),
-        ("kt", motor.torque_constant, "N m/A"),
+        ("kt", motor.torque_constant, "N m per A dc"),
         ("R", motor.resistance, "ohm"), ("L", motor.inductance, "H"), ("K1", gear.stiffness_1, "N m/rad"),
     ]  # fmt: skip
     return ", ".join(f"{name} = {value:.5g} {unit}".rstrip() for name, value, unit in parts if value is not None)

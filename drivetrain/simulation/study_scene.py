@@ -335,7 +335,8 @@ def drive_effects(
     effects += [CounterbalanceTorque(one, k + 1) for k, one in enumerate(task.counterbalances)]
     network = thermal_network(drive.motor, around.ambient, housing_to_ambient=task.housing_to_ambient)
     if options.heat and network is not None and network.winding_capacity is not None:
-        effects.append(WindingHeat(network, gear_heat=task.gear_heat))
+        other = task.constant_loss(drive.motor, task.amplifier)
+        effects.append(WindingHeat(network, gear_heat=task.gear_heat, constant_loss=other))
     return effects
 
 

@@ -12,11 +12,12 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, frozen_array
 from drivetrain.catalog.read import Catalog
-from drivetrain.drive.amplifier import Amplifier, Supply
+from drivetrain.drive.amplifier import Amplifier, Supply, conduction_loss
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.friction import Friction
 from drivetrain.drive.gear import DRAG_REFERENCE
+from drivetrain.drive.motor import Motor
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
@@ -254,6 +255,17 @@ class JointTask:
     def axis_name(self) -> str:
         """Its own name, or that of the first of the two motors that share its axis."""
         return self.sharing[0] if self.sharing else self.name
+
+    def constant_loss(self, motor: Motor, amplifier: Amplifier, current: float = 0.0) -> float:
+        """Loss in the motor's housing beside those of motor and gear [W]: of a brake's coil, of an amplifier there.
+
+        Args:
+            motor: The motor with its brake.
+            amplifier: Its amplifier.
+            current: RMS current, for the amplifier's conduction loss [A].
+        """
+        lost = (amplifier.standby_power or 0.0) + float(conduction_loss(amplifier.on_resistance or 0.0, current))
+        return (motor.brake.power or 0.0) + self.amplifier_heat * lost
 
     @property
     def choices(self) -> tuple[tuple[str, str], ...]:

@@ -25,7 +25,14 @@ from drivetrain.study.parts.motions import resolve_base, resolve_cycle, resolve_
 from drivetrain.study.parts.mounting import with_counterbalances, with_sharing
 from drivetrain.study.parts.selection import TERMS, SelectionOptions, TradeOffs
 from drivetrain.study.parts.sheets import ASSUMPTIONS, catalog_folders, resolve_assumptions, resolve_catalog
-from drivetrain.study.parts.simulation import AddedEffect, Control, Simulation, drive_fields, known_effects
+from drivetrain.study.parts.simulation import (
+    TWO_INTEGRATORS,
+    AddedEffect,
+    Control,
+    Simulation,
+    drive_fields,
+    known_effects,
+)
 from drivetrain.study.plausibility import note_implausible
 from drivetrain.study.schema import DEFAULT, SCHEMA_VERSION, StudyForm
 from drivetrain.study.written import entry_at, file_places, python_document
@@ -76,6 +83,11 @@ def study_from(document: Document, notes: Iterable[str] = ()) -> Study:
     wanted = resolve_wanted(form, names, ledger)
     trade_offs = resolve_trade_offs(form, cycle, payloads, ledger)
     simulation = resolve_simulation(form, names, ledger)
+    for task in joints:
+        control = simulation.control.get(task.name)
+        if task.preload and control is not None and control.integral_time is not None:
+            place = task.name if task.name in form.simulation.control else DEFAULT
+            ledger.fault(("simulation", "control", place, "integral_time"), TWO_INTEGRATORS, control.integral_time)
     supply = form.supply
     with ledger.gather(("supply",)):
         supply = made(supply)

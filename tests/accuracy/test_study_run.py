@@ -11,6 +11,7 @@ import pytest
 import drivetrain as dt
 from drivetrain.accuracy.decision import basis_of, decision
 from drivetrain.accuracy.scenes import full_scene
+from drivetrain.drive.brake import Brake
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
 from drivetrain.whole_files import shipped
@@ -103,6 +104,26 @@ def test_what_takes_no_drives_says_so(door: dt.Study) -> None:
     heavy = replace(door, supply=replace(door.supply, voltage=1.0))
     with pytest.raises(InputError, match="no set of drives fits"):
         dt.simulate(heavy)
+
+
+def test_a_brake_and_an_amplifier_in_the_housing_heat_both_roads_alike(door: dt.Study) -> None:
+    """5 W of a coil, 2 W of standby and the conduction loss of an amplifier: what they add is the same."""
+    door = replace(door, gear_temperature=20.0)
+    amplifier = replace(door.joints[0].amplifier, standby_power=2.0, on_resistance=0.05)
+    joints = (replace(door.joints[0], amplifier=amplifier, amplifier_heat=1.0),)
+    brake = Brake("B", "motor", power=5.0, static_torque=1.0, mass=0.1, inertia=0.0)
+    key, motors = DRIVE["hinge"][0], door.catalog.motors
+    braked = replace(door.catalog, motors={**motors, key: replace(motors[key], brake=brake)})
+    found = []
+    for study in (door, replace(door, joints=joints, catalog=braked)):
+        evaluation = dt.evaluate(study, DRIVE)
+        full = full_scene(evaluation)
+        run = decision(dt.simulate(evaluation), full, basis_of(full, evaluation))
+        sized = next(one for one in evaluation.joints["hinge"].checks if one.name == "winding temperature")
+        found.append((sized.required, run.joints["hinge"].winding_temperature))
+    (cool, cool_run), (warm, warm_run) = found
+    assert warm - cool > 10.0
+    assert warm_run - cool_run == pytest.approx(warm - cool, rel=0.03)  # springs and loops are in the run alone
 
 
 def test_a_mix_is_judged_by_its_shares_when_it_has_run() -> None:

@@ -147,7 +147,7 @@ def test_every_fault_at_once(tmp_path):
     message = str(error.value)
     assert re.search("row 2, Torque constant.*must be a number", message)
     assert "row 3, Weight" in message and "no unit" in message
-    assert "row 2, Terminal resistance" in message and not (tmp_path / "out").exists()
+    assert re.search(r"m.csv: Terminal resistance \[Nm\]: .*Nm", message) and not (tmp_path / "out").exists()
     with pytest.raises(InputError, match="no such heading"):
         import_export(path, tmp_path / "out", ExportMap(columns={"key": "Part nr"}))
     with pytest.raises(InputError, match="no column"):
@@ -158,6 +158,27 @@ def test_every_fault_at_once(tmp_path):
     path.write_text("Part number,Torque constant,Terminal resistance\nA,30 mNm/A,1 Ohm\n", "utf-8")
     done = import_export(path, tmp_path / "out", ExportMap())
     assert done.rows == 0 and "ampere" in done.refused[0].problem and not done.file.exists()
+
+
+def test_units_in_a_row_of_their_own(tmp_path):
+    """As in many workbooks: a title, an empty row, headings, units below them; faults count the sheet's rows."""
+    rows = [
+        "Price list,,,,,", "", "Type,Torque const.,R,J,Nominal current,Mass", ",mNm/A,mOhm,gcm²,A,g",
+        "A,60,350,80,5.6,550", "B,72,180,280,9.5,1100",
+    ]  # fmt: skip
+    columns = dict(zip(("key", "torque_constant", "resistance", "rotor_inertia", "nominal_current", "mass"),
+                       rows[2].split(","), strict=True))  # fmt: skip
+    path, given = tmp_path / "m.csv", ExportMap(columns=columns, fixed={"kind": "brushless"})
+    path.write_text("\n".join(rows), "utf-8")
+    import_export(path, tmp_path / "out", given, basis="dc")
+    first, second = read_catalog(tmp_path / "out").motors.values()
+    assert (first.torque_constant, first.resistance, first.mass) == pytest.approx((0.06, 0.35, 0.55))
+    assert (second.torque_constant, second.nominal_current) == pytest.approx((0.072, 9.5))
+    path.write_text("\n".join(rows).replace(",gcm²,A,g", ",gcm²,,g").replace("1100", "heavy"), "utf-8")
+    with pytest.raises(InputError) as error:
+        import_export(path, tmp_path / "new", given, basis="dc")
+    units, mass = error.value.faults
+    assert (units.place, mass.place) == ("row 5, Nominal current", "row 6, Mass [g]")  # the missing unit once
 
 
 @pytest.mark.parametrize(

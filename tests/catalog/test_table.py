@@ -119,6 +119,7 @@ def test_the_unit_of_the_header_is_converted(tmp_path: Path, header: str, cell: 
         ("mass [g]", "nan", "must be a number"),
         ("mass [g]", "inf", "must be a number"),
         ("mass [g]", "480 g", "must be a number"),
+        ("price", "EUR 480", "must be a number"),
         ("mass [g]", '"0,48"', "must be a number"),
         ("mass [g]", "0", "cannot be 0"),
         ("mass [g]", "-480", "must lie between"),
@@ -135,6 +136,7 @@ def test_a_bad_cell_or_header_is_a_fault_with_its_place(tmp_path: Path, header: 
     assert fault.header == header
     assert fault.line in (1, 2)
     message = str(read.fault(fault))
+    assert ("write the number alone" in message) is (cell in ("480 g", "1_000", "EUR 480"))
     assert f"row {fault.line}" in message and header in message and "table.csv" in message
 
 

@@ -56,13 +56,15 @@ def test_trajectories_of_ros(tmp_path: Path, velocities: bool, wrapped: str) -> 
 
 @pytest.mark.parametrize("turned", [True, False])
 @pytest.mark.parametrize("names", [("t", "q", "qd"), ("time", "position", "velocity")])
-def test_mat_files(tmp_path: Path, turned: bool, names: tuple[str, str, str]) -> None:
-    path = tmp_path / "move.mat"
+def test_arrays(tmp_path: Path, turned: bool, names: tuple[str, str, str]) -> None:
     values = (TIME, Q.T if turned else Q, QD.T if turned else QD)
-    savemat(path, dict(zip(names, values, strict=True)))
-    found, same = read_motion(path, JOINTS), read_motion(as_csv(True), JOINTS)
-    for name in ("time", "position", "velocity", "acceleration"):
-        np.testing.assert_allclose(getattr(found, name), getattr(same, name), atol=1e-12)
+    held, same = dict(zip(names, values, strict=True)), read_motion(as_csv(True), JOINTS)
+    savemat(tmp_path / "move.mat", held)
+    np.savez(tmp_path / "move.npz", **held, joints=np.array(JOINTS))
+    for path in (tmp_path / "move.mat", tmp_path / "move.npz"):
+        found = read_motion(path, JOINTS)
+        for name in ("time", "position", "velocity", "acceleration"):
+            np.testing.assert_allclose(getattr(found, name), getattr(same, name), atol=1e-12)
 
 
 def test_a_slide_is_in_metres(tmp_path: Path) -> None:

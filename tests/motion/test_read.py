@@ -389,6 +389,7 @@ def test_a_load_table_of_two_joints_with_accelerations(tmp_path):
         ("1,2,60", "1,2,30", r"row 4, column speed \[rpm\]: speed steps at one instant: an impulse \(found 30"),
         ("speed [rpm]", "speed [Hz]", "rpm, rad/s or deg/s"),
         ("torque [Nm]", "torque [N]", "torque or energy"),
+        ("torque [Nm]", "force [N]", "a slide is an arm of one prismatic joint"),
         ("3.5,-8,0", "2.5,-8,0", "time must not go back"),
         ("3,2,60", "1,2,60", "at most two samples"),
         ("speed [rpm]", "sped [rpm]", "did you mean 'speed'"),

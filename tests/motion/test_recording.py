@@ -113,6 +113,34 @@ def test_what_cannot_be_a_motion_is_an_error(tmp_path: Path, name: str, change: 
         read_recording(tmp_path / "run.npz", JOINTS)
 
 
+def test_speeds_in_another_unit_are_an_error_however_short_the_travel(tmp_path: Path) -> None:
+    """A slide of 40 mm whose speeds are in mm/s; a joint at rest whose readings waver is none."""
+    time = np.linspace(0.0, 4.0, 401)
+    slide, rest = 0.02 * np.sin(time), 1e-4 * np.random.default_rng(0).standard_normal(401)
+    arrays = {"t [s]": time, "q [m]": np.column_stack([slide, rest])}
+    np.savez(tmp_path / "run.npz", **arrays, **{"qd [m/s]": np.column_stack([20.0 * np.cos(time), 0.0 * time])})
+    with pytest.raises(InputError, match=r"velocity_shoulder: is not the .*thousand times too large") as error:
+        read_recording(tmp_path / "run.npz", JOINTS)
+    assert len(error.value.faults) == 1
+    np.savez(tmp_path / "run.npz", **arrays, **{"qd [m/s]": np.column_stack([0.02 * np.cos(time), 0.01 * rest])})
+    read_recording(tmp_path / "run.npz", JOINTS)
+
+
+def test_times_that_may_be_milliseconds_are_told(tmp_path: Path) -> None:
+    for times, told in ((1e3 * moved()["t [s]"], True), (moved()["t [s]"], False)):
+        np.savez(tmp_path / "run.npz", **{"t [s]": times, "q [rad]": moved()["q [rad]"]})
+        notes = read_recording(tmp_path / "run.npz", JOINTS).notes
+        assert any("are the times milliseconds?" in note for note in notes) is told
+
+
+def test_rows_of_another_length_are_not_all_listed(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t},0,0" for t in TIME)
+    (tmp_path / "run.csv").write_text(f"time [s];q_shoulder [rad];q_elbow [rad]\n{rows}\n")
+    with pytest.raises(InputError, match="15 more like this") as error:
+        read_recording(tmp_path / "run.csv", JOINTS)
+    assert len(error.value.faults) < 12
+
+
 def test_a_recording_of_no_joint(tmp_path: Path) -> None:
     np.savez(tmp_path / "run.npz", **moved())
     with pytest.raises(InputError, match="at least one joint"):

@@ -39,7 +39,7 @@ def curve():
 
 def test_words_name_both_ends(curve):
     text = curve_sentence(curve)
-    assert "2 sets of drives" in text
+    assert "2 sets of drives are the best, each in a part of the range from 1.00 to 6.00\u00a0kg" in text
     assert "beyond 6.000\u00a0kg none fits (gear average torque at door)" in text
     assert "below 1.000\u00a0kg none fits (motor voltage at door)" in text
     lines = curve_lines(curve)

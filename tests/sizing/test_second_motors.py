@@ -173,6 +173,13 @@ def test_a_preload_takes_the_play_away():
     assert open_ == pytest.approx(loose, rel=0.02)  # where the load is largest, in another pose than the loosest
 
 
+def test_integrators_of_two_motors_with_a_preload_are_refused_when_the_study_is_read():
+    control = {"simulation": {"control": {"default": {"integral_time": 0.1}}}}
+    task({"motors": 2}, **control)  # without a preload both are computed as one motor
+    with pytest.raises(InputError, match=r"simulation.control.default.integral_time.*act against each other"):
+        task({"motors": 2, "preload": 30.0}, **control)
+
+
 def test_a_preload_that_is_too_small_is_told():
     found = evaluate(task({"motors": 2, "preload": 2.0}))
     half = 0.5 * np.abs(evaluate(task()).joints["joint_1"].series.gear_torque)

@@ -8,6 +8,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -364,8 +365,13 @@ def _row(cells: dict[str, tuple[str, str]], place: str, faults: Faults) -> DHRow
         v[name] = default
         text, column = cells.get(name, ("", ""))
         if text:
-            spelled = f"{text} {split_header(column)[1]}" if math.isfinite(number_of(text)) else text
-            read = faults.attempt(quantity, spelled, own.get(unit, unit), f"{place}, column {column}")
+            bare, wanted = math.isfinite(number_of(text)), own.get(unit, unit)
+            spelled = f"{text} {split_header(column)[1]}" if bare else text
+            read = faults.attempt(quantity, spelled, wanted, f"{place}, column {column}")
+            if read is None and bare and unit in own:
+                faults.found[-1] = replace(
+                    faults.found[-1], hint=f"write the unit in this cell, such as {text} {wanted}"
+                )
             v[name] = default if read is None else read
     inertia = [[v["ixx"], v["ixy"], v["ixz"]], [v["ixy"], v["iyy"], v["iyz"]], [v["ixz"], v["iyz"], v["izz"]]]
     moved = "d" if kind == "prismatic" else "theta"

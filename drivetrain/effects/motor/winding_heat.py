@@ -18,7 +18,7 @@ from drivetrain.drive.ranges import TEMPERATURE, Range
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, State, TimeScale
-from drivetrain.effects.fields import positive, ranges
+from drivetrain.effects.fields import not_negative, positive, ranges
 from drivetrain.effects.laws import joint_law
 from drivetrain.errors import Fault
 from drivetrain.jit import law
@@ -36,6 +36,7 @@ class Own:
     most_copper: float
     most_iron: float
     gear_heat: float  # share of the gear's loss that heats the housing [-]
+    constant_loss: float  # of a brake's coil and an amplifier, in the housing [W]
     ambient: float  # [C]
     # thermal resistances winding to housing, and housing to ambient [K/W]
     inner: float
@@ -83,10 +84,11 @@ def warmed(own: Any) -> tuple[float, float]:
 
 @law
 def _housing_loss(own: Any, joint: Any) -> float:
-    """Losses that heat the housing [W]: friction at the motor's shaft, the gear's share of drag and mesh loss."""
+    """Losses that heat the housing [W]: friction at the shaft, drag and mesh loss by the gear's share, constant."""
     heat = joint.heat
     gear = own.gear_heat * joint.mesh.power if own.gear_heat > 0.0 else 0.0
-    return joint.motor.friction_power + heat.viscous_power - (1.0 - own.gear_heat) * heat.drag_power + gear
+    own_loss = joint.motor.friction_power + heat.viscous_power + own.constant_loss
+    return own_loss - (1.0 - own.gear_heat) * heat.drag_power + gear
 
 
 @joint_law(Own)
@@ -140,6 +142,7 @@ class WindingHeat(Effect):
         every: Longest time between two steps of the temperatures with fixed steps [s]; None: a two-hundredth of the
             winding's time constant. It is shortened where losses would heat a node by more than 0.2 K in this time.
         gear_heat: Share of the gear's loss that heats the housing; 0: the gear is mounted elsewhere [-].
+        constant_loss: Further loss in the housing, such as that of a holding brake's coil [W].
     """
 
     network: ThermalNetwork
@@ -147,10 +150,12 @@ class WindingHeat(Effect):
     housing: float | None = None
     every: float | None = None
     gear_heat: float = 0.0
+    constant_loss: float = 0.0
 
     limits = ranges(
         winding=TEMPERATURE, housing=TEMPERATURE, every=positive("s"),
         gear_heat=Range("must be between 0 and 1 [-]", 0.0, 1.0, low_included=True),
+        constant_loss=not_negative("W"),
     )  # fmt: skip
     compute = _compute
     account = _account
@@ -196,7 +201,8 @@ class WindingHeat(Effect):
         period = self.every or STEP_SHARE * (net.winding_time_constant or 1.0)
         winding = net.winding_capacity or math.inf
         most = MOST_HEATING * winding, MOST_HEATING * (winding if inner == 0.0 else net.housing_capacity or math.inf)
-        return Own(period, *most, self.gear_heat, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)
+        heats = self.gear_heat, self.constant_loss
+        return Own(period, *most, *heats, net.ambient, inner, outer, modes.ravel(), inverse.ravel(), decay)
 
     def start(self, place: Place, signals: Mapping[str, float]) -> Sequence[float]:
         ambient = self.network.ambient

@@ -209,8 +209,9 @@ def curve_sentence(found: OptimumCurve) -> str:
     if not held:
         return f"No set of drives fits anywhere {span}."
     sets = len({tuple(piece.drives.items()) for piece in held})
+    fits = f"{number(held[0].low)} to {number(held[-1].high)}\u00a0{unit}"
     parts = f"{sets} sets of drives are the best, each in a part of the range"
-    text = f"{'One set of drives is the best' if sets == 1 else parts} {span}"
+    text = f"{'One set of drives is the best' if sets == 1 else parts} from {fits}"
     ends = []
     for before, after in zip(found.pieces, found.pieces[1:], strict=False):
         if before.drives and not after.drives:

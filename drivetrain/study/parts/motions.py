@@ -396,7 +396,7 @@ def _value(value: Any, unit: str, wanted: str, ledger: Ledger, place: Place) -> 
         return quantity(f"{value} {unit}" if bare and unit else value, wanted, "")
     except InputError as error:
         fault = error.faults[0]
-        hint = fault.hint or ("or give the motion a unit: deg" if bare and not unit else "")
+        hint = fault.hint or ("or give the motion a unit: deg" if bare and not unit and "/" not in wanted else "")
         ledger.fault(place, fault.problem, value, hint)
         return None
 

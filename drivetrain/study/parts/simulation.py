@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from drivetrain.effects.effect import Effect
 
 WORDS = ("auto", "all", "none")
+TWO_INTEGRATORS = "cannot be combined with two motors on the axis, whose integrators would act against each other"
 KNOWN_EFFECTS = {
     "viscous_friction": "ViscousFriction",
     "dry_friction": "DryFriction",
