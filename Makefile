@@ -52,11 +52,9 @@ COUNT ?= 300
 SEED ?= 0
 mutants: $(VENV)/.test-installed # COUNT of each kind; hours, and it goes on where it was stopped
 	mkdir -p build
-	test -f build/plain.json || $(BIN)/python tests/hard/mutants.py map build/plain.json
-	test -f build/compiled.json || $(BIN)/python tests/hard/mutants.py map-compiled build/compiled.json
-	$(BIN)/python tests/hard/mutants.py try build/plain.json $(COUNT) $(SEED)
-	$(BIN)/python tests/hard/mutants.py try build/compiled.json $(COUNT) $(SEED)
-	$(BIN)/python tests/hard/mutants.py rate build/plain.json build/compiled.json
+	$(BIN)/python tests/hard/mutants.py plain build/plain.jsonl $(COUNT) $(SEED)
+	$(BIN)/python tests/hard/mutants.py compiled build/compiled.jsonl $(COUNT) $(SEED)
+	$(BIN)/python tests/hard/mutants.py rate build/plain.jsonl build/compiled.jsonl
 
 lock: $(VENV)/bin/python
 	$(BIN)/python .ci/lock.py > .ci/lock.new

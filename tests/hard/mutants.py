@@ -1,14 +1,18 @@
 """Mutants of laws, checks, kernels and effects: one thing changed at a time, and whether the tests notice.
 
     make mutants COUNT=300, which is
-    python tests/hard/mutants.py map FILE [TESTS ...]           which test calls which function, and for how long
-    python tests/hard/mutants.py try FILE COUNT SEED [ROOM ...] COUNT of all, drawn; results go to FILE's .jsonl
-    python tests/hard/mutants.py rate FILE ...                  the table of docs/trust.md
+    python tests/hard/mutants.py plain|compiled FILE COUNT SEED [ROOM ...] [TESTS ...]  a line of FILE for each mutant
+    python tests/hard/mutants.py rate FILE ...                                          the table of docs/trust.md
 
-Code that is compiled is tried as plain Python (``plain_python.py``): a mutant is a function with another code, in a
-process of its own. Functions of Python, and rows of the table of checks, which are numbers that compiled code is given,
-are tried with compiled code.
-A mutant meets the tests that call its function, one row of each first.
+    python tests/hard/mutants.py compiled build/a.jsonl 40 1 sweep accuracy/auto.py tests/sweep tests/accuracy
+
+draws 40 places of two rooms and asks the tests of two folders. First every test runs once, which tells the functions
+that it calls and loads compiled code; then each mutant meets the tests that call its function, one row of each first,
+in a process of its own that ends at the first failure.
+
+Code that is compiled is tried as plain Python (``plain_python.py``): a mutant is a function with another code.
+Functions of Python, and rows of the table of checks, which are numbers that compiled code is given, are tried with
+compiled code.
 """
 
 from __future__ import annotations
@@ -16,16 +20,17 @@ import __future__
 
 import ast
 import copy
+import gc
 import importlib
 import json
 import os
 import random
 import signal
 import sys
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
+from itertools import groupby
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
@@ -33,6 +38,7 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 PACKAGE = ROOT / "drivetrain"
+OURS = (str(PACKAGE), str(ROOT / "tests"))
 PLAIN = ("drive", "dynamics/core", "sizing/judge", "sizing/demand", "solvers", "control", "effects",
          "simulation", "sizing/search/bounds.py", "identification")  # fmt: skip
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard", "effects",
@@ -45,7 +51,8 @@ COMPILED_TESTS = (
 )  # fmt: skip
 LAWS = ("law", "kernel", "part", "exact", "fast", "command", "joint_law", "table_law", "scene_law")
 WHOLE = ("effects/control/", "effects/friction/", "effects/gear/", "effects/loads/", "effects/motor/",
-         "identification/", "simulation/", "control/commander.py")  # all of whose functions count  # fmt: skip
+         "identification/", "simulation/")  # all of whose functions count  # fmt: skip
+CALLED_FROM_C = ("_tick",)
 SHOWN = ("__post_init__", "ports", "lines", "describe", "faults")  # declarations and messages
 TABLE = "sizing/judge/checks.py"
 OF_THE_TABLE = ("test_the_law_in_a_table", "test_every_check_has_the_factor_of_its_kind")  # tests that only read it
@@ -55,9 +62,8 @@ OTHER = {
     ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And,
 }  # fmt: skip
 NAMES = {"max": "min", "min": "max", "larger": "smaller", "smaller": "larger", "abs": "float"}
-_Job = tuple[str, list[tuple[str, float]], Callable[[], None]]  # a mutant, its tests and their seconds, its making
 OPTIONS = ("-q", "-s", "-p", "no:cacheprovider", "-p", "no:randomly", "-n0", "-W", "ignore::RuntimeWarning")
-PER_TEST, PER_FILE, PER_MUTANT = 2.0, 9.0, 30.0  # s of a processor
+PER_TEST, PER_FILE, PER_MUTANT = 2.0, 9.0, 12.0  # s of a processor; the first two of plain Python
 # Most figures by formulas of their own: asked first where they call a law.
 WIDE = (
     "sizing/judge/test_figures_written_out.py", "sizing/judge/test_random_axes.py", "sizing/judge/test_special_axes.py",
@@ -129,7 +135,7 @@ def functions(path: Path, plain: bool) -> Iterator[tuple[str, ast.FunctionDef]]:
         for node in holder.body:
             if isinstance(node, ast.FunctionDef) and node.name not in SHOWN:
                 marks = {ast.unparse(one).split("(")[0] for one in node.decorator_list}
-                known = whole or bool(marks & set(LAWS))
+                known = whole or node.name in CALLED_FROM_C or bool(marks & set(LAWS))
                 if known == plain and "super()" not in ast.unparse(node):  # which asks for its class
                     yield prefix + node.name, node
 
@@ -175,100 +181,37 @@ def prepare(plain: bool) -> None:
             importlib.import_module(name)
 
 
-class _Quick:
-    """Few examples of each property, the same each time."""
+class _Trials:
+    """Every test runs once, which loads kernels; then each mutant is a process that ends at the first failure."""
+
+    def __init__(self, drawn: list[tuple[str, str, Callable[[], None]]], results: Path):
+        self.drawn, self.results = drawn, results
+        self.plain = bool(os.environ.get("NUMBA_DISABLE_JIT"))
+        self.sound: dict[str, bool] = {}
+        self.out = os.fdopen(os.dup(2), "w", encoding="utf-8")
 
     def pytest_configure(self) -> None:
+        """Few examples of each property, the same each time."""
         import hypothesis
 
         hypothesis.settings.register_profile("mutants", deadline=None, derandomize=True, max_examples=20)
         hypothesis.settings.load_profile("mutants")
 
-
-class _Watch(_Quick):
-    """Of each test its seconds of a processor, its end, and the functions of the package that it calls."""
-
-    def __init__(self) -> None:
-        self.tests: dict[str, Any] = {}
-        self.begun, self.limit, self.all = time.process_time(), PER_TEST, PER_FILE
-        if not os.environ.get("NUMBA_DISABLE_JIT"):  # the first test of all waits for the compiler
-            self.limit, self.all = 60.0 + self.limit, 120.0 + self.all
-
-    def pytest_runtest_protocol(self, item: Any, nextitem: Any) -> Any:
-        import pytest
-
-        if time.process_time() - self.begun > self.all:
-            pytest.exit("enough")
-        found: set[CodeType] = set()
-
-        def seen(frame: Any, event: str, argument: Any) -> None:
-            if event == "call":
-                found.add(frame.f_code)
-
-        def stop(*given: Any) -> None:
-            raise TimeoutError
-
-        signal.signal(signal.SIGPROF, stop)
-        signal.setitimer(signal.ITIMER_PROF, self.limit)
-        begin = time.process_time()
-        self.tests[item.nodeid] = {"seconds": 0.0, "passed": True, "calls": []}
-        sys.setprofile(seen)
-        try:
-            from _pytest.runner import runtestprotocol
-
-            reports = runtestprotocol(item, nextitem=nextitem, log=True)
-        finally:
-            sys.setprofile(None)
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-        prefix = f"{PACKAGE}/"
-        self.tests[item.nodeid] = {
-            "seconds": round(time.process_time() - begin, 3), "passed": all(one.passed for one in reports),
-            "calls": sorted({f"{one.co_filename.removeprefix(prefix)}:{one.co_qualname}" for one in found
-                             if one.co_filename.startswith(prefix)}),
-        }  # fmt: skip
-        return True
-
-
-def map_tests(out: Path, folders: tuple[str, ...], plain: bool) -> None:
-    """Of all tests in some folders what ``_Watch`` sees."""
-    import pytest
-
-    prepare(plain)
-    told: dict[str, Any] = {}
-    places = [ROOT / "tests" / one for one in folders]
-    for path in [one for place in places for one in ([place] if place.suffix else sorted(place.rglob("test_*.py")))]:
-        kept = HERE / f".map-{os.getpid()}"
-        if (child := os.fork()) == 0:
-            watch = _Watch()
-            _silence()
-            pytest.main([*OPTIONS, str(path)], plugins=[watch])
-            kept.write_text(json.dumps(watch.tests), encoding="utf-8")
-            os._exit(0)
-        os.waitpid(child, 0)
-        if kept.exists():
-            told |= json.loads(kept.read_text(encoding="utf-8"))
-            kept.unlink()
-        out.write_text(json.dumps({"plain": plain, "tests": told}), encoding="utf-8")
-        print(path.relative_to(ROOT), sum(one["passed"] for one in told.values()), len(told), flush=True)
-
-
-def _silence() -> None:
-    null = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.dup2(null, 2)
-
-
-class _Trials:
-    """Every test is collected once; each mutant is a process of its own, which ends at the first test that fails."""
-
-    def __init__(self, jobs: list[_Job], results: Path):
-        self.jobs, self.results, self.sound = jobs, results, {}  # type: ignore[var-annotated]
-        self.extra = 0.0 if os.environ.get("NUMBA_DISABLE_JIT") else 120.0  # s, for the compiler
-
     def pytest_runtestloop(self, session: Any) -> bool:
-        items = {one.nodeid: one for one in session.items}
-        for what, tests, change in self.jobs:
-            asked = [(items[name], seconds) for name, seconds in tests if name in items]
+        items, told = {one.nodeid: one for one in session.items}, {}
+        _silence()
+        for file, names in groupby(items, lambda name: name.split("::")[0]):
+            spent = passed = 0.0
+            for name in names:
+                if not self.plain or spent < PER_FILE:
+                    told[name] = self.watched(items[name])
+                    spent, passed = spent + told[name]["seconds"], passed + told[name]["passed"]
+            print(f"{file}: {passed:g} tests, {spent:.1f} s", file=self.out, flush=True)
+        self.caches = _caches()
+        gc.freeze()
+        for where, what, change in self.drawn:
+            tests = tests_of(told, where, RUNNING if where.startswith(TABLE) else where.split(":")[0])
+            asked = [(items[name], seconds) for name, seconds in tests]
             failed = None
             while asked:
                 failed = self.first_to_fail(asked, change)
@@ -279,15 +222,44 @@ class _Trials:
                 row = {"mutant": what, "noticed": failed is not None, "tests": len(asked), "by": failed or ""}
                 out.write(json.dumps(row) + "\n")
             if failed is None:
-                print(f"not noticed by {len(asked)} tests: {what}", file=sys.stderr, flush=True)
+                print(f"not noticed by {len(asked)} tests: {what}", file=self.out, flush=True)
         return True
+
+    def watched(self, item: Any) -> dict[str, Any]:
+        """Of a test its seconds of a processor, whether it passes, and the functions of the package that it calls."""
+        from _pytest.runner import runtestprotocol
+
+        found: set[CodeType] = set()
+
+        def seen(frame: Any, event: str, argument: Any) -> None:
+            if event == "call":
+                found.add(frame.f_code)
+
+        if self.plain:
+            _stop_after(PER_TEST)
+        begin = os.times()
+        sys.setprofile(seen)
+        try:
+            reports = runtestprotocol(item, nextitem=None, log=False)
+            passed = all(one.passed for one in reports)
+        except TimeoutError:  # between two phases of a test
+            passed = False
+        finally:
+            sys.setprofile(None)
+            _stop_after(0.0)
+        prefix = f"{PACKAGE}/"
+        calls = {f"{one.co_filename.removeprefix(prefix)}:{one.co_qualname}" for one in found
+                 if one.co_filename.startswith(prefix)}  # fmt: skip
+        user, system, *children = (after - before for before, after in zip(begin[:4], os.times()[:4], strict=True))
+        alone = sum(children) < 0.1  # a mutant is not in processes that a test starts
+        return {"seconds": user + system, "passed": passed and alone, "calls": calls}
 
     def is_sound(self, name: str, asked: list[tuple[Any, float]]) -> bool:
         """Whether a test passes here and now without a mutant."""
         if name not in self.sound:
             alone = [pair for pair in asked if pair[0].nodeid == name]
             self.sound[name] = self.first_to_fail(alone, lambda: None) is None
-        return bool(self.sound[name])
+        return self.sound[name]
 
     def first_to_fail(self, asked: list[tuple[Any, float]], change: Callable[[], None]) -> str | None:
         """The name of the first test that fails, or does not end, once ``change`` was called."""
@@ -309,21 +281,41 @@ class _Trials:
     def run(self, asked: list[tuple[Any, float]], change: Callable[[], None], told: int) -> None:
         from _pytest.runner import runtestprotocol
 
-        def stop(*given: Any) -> None:
-            raise TimeoutError
-
-        _silence()
-        signal.signal(signal.SIGPROF, stop)
         change()
+        for one in self.caches:
+            one.cache_clear()
         os.write(told, b"passed\n")
         for item, seconds in asked:
             os.write(told, f"{item.nodeid}\n".encode())
-            signal.setitimer(signal.ITIMER_PROF, 4.0 * seconds + 4.0 + self.extra)
+            _stop_after(3.0 * seconds + (4.0 if self.plain else 8.0))  # compiled code may be compiled for other types
             reports = runtestprotocol(item, nextitem=None, log=False)
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
+            _stop_after(0.0)
             if not all(one.passed for one in reports):
                 return
             os.write(told, b"passed\n")
+
+
+def _silence() -> None:
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+
+
+def _stop_after(seconds: float) -> None:
+    """``TimeoutError`` after some seconds of a processor; 0: never."""
+
+    def stop(*given: Any) -> None:
+        raise TimeoutError
+
+    signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def _caches() -> list[Any]:
+    """The caches of package and tests: what they hold was computed without the mutant."""
+    kind = type(cache(len))
+    found = ((one, getattr(one.__wrapped__, "__code__", None)) for one in gc.get_objects() if type(one) is kind)
+    return [one for one, code in found if code and code.co_filename.startswith(OURS)]
 
 
 def swap(path: Path, name: str, function: ast.FunctionDef, index: int) -> None:
@@ -387,12 +379,10 @@ def tests_of(told: dict[str, Any], where: str, inside: str) -> list[tuple[str, f
     return chosen
 
 
-def tried(place: Path, count: int, seed: int, only: tuple[str, ...]) -> None:
-    """Try ``count`` mutants, each place as likely as any other; one line of JSON each."""
+def tried(results: Path, plain: bool, count: int, seed: int, only: tuple[str, ...], tests: list[str]) -> None:
+    """Try ``count`` mutants of some rooms, each place as likely as any other; one line of JSON each."""
     import pytest
 
-    told = json.loads(place.read_text(encoding="utf-8"))
-    plain, results = told["plain"], place.with_suffix(".jsonl")
     prepare(plain)
     done = {json.loads(line)["mutant"] for line in results.read_text().splitlines()} if results.exists() else set()
     every: list[tuple[str, str, Callable[[], None]]] = []
@@ -407,21 +397,14 @@ def tried(place: Path, count: int, seed: int, only: tuple[str, ...]) -> None:
         where = f"{TABLE}:REQUIREMENTS"
         every += [(where, f"{where} {what}", partial(object.__setattr__, *row)) for what, row in of_table()]
     drawn = random.Random(seed).sample(every, min(count, len(every)))
-    jobs: list[_Job] = []
-    for where, what, change in drawn:
-        if what not in done:
-            inside = RUNNING if where.startswith(TABLE) else where.split(":")[0]
-            jobs.append((what, tests_of(told["tests"], where, inside), change))
-    sources = sorted({name.split("::")[0] for _, tests, _ in jobs for name, _ in tests})
-    given = [str(ROOT / name) for name in sources if (ROOT / name).exists()]
-    pytest.main([*OPTIONS, *given], plugins=[_Quick(), _Trials(jobs, results)])
+    pytest.main([*OPTIONS, *tests], plugins=[_Trials([one for one in drawn if one[1] not in done], results)])
 
 
 def rate(places: list[Path]) -> None:
     """How many were noticed, room by room, and which were not."""
     from scipy.stats import binomtest
 
-    lines = [json.loads(line) for place in places for line in place.with_suffix(".jsonl").read_text().splitlines()]
+    lines = [json.loads(line) for place in places for line in place.read_text().splitlines()]
     found = {one["mutant"]: one["noticed"] for one in lines}  # the last word on each
     print("| mutants of | tried | noticed |\n|---|---|---|")
     for room in (*PLAIN, *(one for one in PYTHON if one not in PLAIN)):
@@ -434,11 +417,10 @@ def rate(places: list[Path]) -> None:
 
 if __name__ == "__main__":
     what, place, *rest = sys.argv[1:]
-    if what in ("map", "map-compiled"):
-        plain = what == "map"
-        folders = tuple(rest) or (PLAIN_TESTS if plain else COMPILED_TESTS)
-        map_tests(Path(place), folders, plain)
-    elif what == "try":
-        tried(Path(place), int(rest[0]), int(rest[1]), tuple(rest[2:]))
-    else:
+    if what == "rate":
         rate([Path(one) for one in (place, *rest)])
+    else:
+        tests = [str(ROOT / one) for one in rest[2:] if one.startswith("tests/")]
+        rooms = tuple(one for one in rest[2:] if not one.startswith("tests/"))
+        everywhere = [str(ROOT / "tests" / one) for one in (PLAIN_TESTS if what == "plain" else COMPILED_TESTS)]
+        tried(Path(place), what == "plain", int(rest[0]), int(rest[1]), rooms, tests or everywhere)

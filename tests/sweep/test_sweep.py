@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from distributed import LocalCluster
@@ -14,11 +17,12 @@ from typer.testing import CliRunner
 
 from drivetrain.cli import app
 from drivetrain.errors import InputError
+from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.document import place_of, read_document, varied
 from drivetrain.study.read import study_from
-from drivetrain.sweep import run
+from drivetrain.sweep import points, run
 from drivetrain.sweep.points import read_sweep
 from drivetrain.sweep.run import run_sweep
 from drivetrain.sweep.shards import read_results, shard_path
@@ -190,3 +194,103 @@ def test_tables_read_by_pandas(serial: Path) -> None:
     frame = pd.read_parquet(serial / "shards")
     assert len(frame) == 12
     assert frame["objective"].dtype == float
+
+
+def test_points_of_shards_are_the_combinations_in_order(file: Path) -> None:
+    """Twelve points in shards of five: the last is shorter, and each point knows its values."""
+    sweep = read_sweep(file)
+    assert (len(sweep), sweep.shards, replace(sweep, points_per_shard=12).shards) == (12, 6, 1)
+    sweep = replace(sweep, points_per_shard=5)
+    shards = [list(sweep.points(shard)) for shard in range(sweep.shards)]
+    assert [len(one) for one in shards] == [5, 5, 2]
+    wanted = itertools.product(["12 V", "24 V"], ["20 °C", "60 °C", "cold"], [1, 1.5])
+    for index, (point, (volts, ambient, time)) in enumerate(zip(itertools.chain(*shards), wanted, strict=True)):
+        assert (point.index, point.change) == (index, TaskChange(time=time))
+        assert [value for _, value in point.entries] == [volts, ambient] and point.texts == (volts, ambient, str(time))
+
+
+@pytest.mark.parametrize(
+    ("scale", "said"),
+    [
+        ("payload: [0, 0.5]", ""), ("time: [1.0e-9]", ""), ("payload: [-0.1]", "positive factors"),
+        ("time: [0]", "positive factors"), ("time: [.inf]", "positive factors"), ("voltage: [yes]", "positive factors"),
+        ("voltage: [1 V]", "positive factors"), ("time: [1, 1]", "twice"),
+    ],
+)  # fmt: skip
+def test_factors_of_a_sweep(tmp_path: Path, scale: str, said: str) -> None:
+    place = tmp_path / "sweep.yaml"
+    place.write_text(f"study: {STUDY}\nscale: {{{scale}}}\n", encoding="utf-8")
+    if said:
+        with pytest.raises(InputError, match=said):
+            read_sweep(place)
+    else:
+        assert read_sweep(place).names == (f"scale.{scale.partition(':')[0]}",)
+
+
+def test_a_sweep_has_a_largest_number_of_points_and_at_least_two_values(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for most, refused in ((12, False), (11, True)):
+        monkeypatch.setattr(points, "MOST_POINTS", most)
+        if refused:
+            with pytest.raises(InputError, match="12 points; 11 are allowed"):
+                read_sweep(file)
+        else:
+            assert len(read_sweep(file)) == 12
+    file.write_text(f"study: {STUDY}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="must vary something"):
+        read_sweep(file)
+
+
+def test_every_setting_of_a_sweep_is_in_its_digest(file: Path) -> None:
+    sweep = read_sweep(file)
+    others = [
+        replace(sweep, run="size"), replace(sweep, points_per_shard=3), replace(sweep, names=(*sweep.names[:2], "x")),
+        replace(sweep, values=(*sweep.values[:2], (1, 1.4))),
+        replace(sweep, document=replace(sweep.document, content=sweep.document.content + b" ")),
+    ]  # fmt: skip
+    assert len({one.digest() for one in (sweep, *others)}) == 6
+    assert read_sweep(file).digest() == sweep.digest()
+
+
+def test_studies_are_read_once_and_the_oldest_is_dropped(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Six studies for twelve points, of which at most ``KEPT`` are held."""
+    read: list[object] = []
+    monkeypatch.setattr(run, "study_from", lambda document: read.append(document) or len(read))
+    monkeypatch.setattr(run, "varied", lambda document, entries: entries)
+    for kept, reads in ((6, 6), (5, 12)):  # the first is gone when it is asked for again
+        read.clear()
+        monkeypatch.setattr(run, "KEPT", kept)
+        shards = run._Shards(read_sweep(file))
+        for _ in range(2):
+            studies = [study for shard in range(6) for _, study in shards.work(shard)]
+        assert len(read) == reads and len(set(studies)) == 6 and studies[0] == studies[1] != studies[2]
+        assert len(shards._kept) == kept
+
+
+def test_drives_of_the_study_are_evaluated_at_each_point(tmp_path: Path) -> None:
+    """``run: size`` is ``evaluate`` of the study's own drives; progress counts finished shards."""
+    text = STUDY.read_text(encoding="utf-8").replace(
+        "  hinge:\n", "  hinge:\n    drive: {motor: maxon_625858, gear: maxon_223094}\n"
+    )
+    (tmp_path / "door.csv").write_bytes((STUDY.parent / "door.csv").read_bytes())
+    (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
+    place, told = tmp_path / "sweep.yaml", []
+    place.write_text(
+        "study: study.yaml\nrun: size\nscale: {voltage: [1, 0.4]}\npoints_per_shard: 1\n", encoding="utf-8"
+    )
+    out = tmp_path / "out"
+    run_sweep(read_sweep(place), out, workers=0, progress=lambda *one: told.append(one))
+    assert told == [(0, 2, "shards"), (1, 2, "shards"), (2, 2, "shards")]
+    study = study_from(read_document(tmp_path / "study.yaml"))
+    for (_, row), factor in zip(read_results(out).iterrows(), (1.0, 0.4), strict=True):
+        found = evaluate(changed(study, TaskChange(voltage=factor)))
+        joint, check = found.binding
+        assert (row["feasible"], row["verdict"], row["proof"]) == (found.feasible, str(found.verdict), "")
+        assert row["drives"] == "hinge: maxon_625858 with maxon_223094"
+        assert (row["binding_joint"], row["binding_check"]) == (joint, check.name)
+        assert row["objective"] == found.objective
+        for name in ("mass", "price", "energy", "utilisation"):
+            np.testing.assert_equal(row[name], found.criteria.get(name, np.nan))
+    with pytest.raises(InputError, match="must be 0 or more"):
+        run_sweep(read_sweep(place), out, workers=-1)
