@@ -10,7 +10,7 @@ from drivetrain.study.objects import study
 
 if TYPE_CHECKING:
     from drivetrain.study.change import TaskChange, changed
-    from drivetrain.study.model import JointTask, Study
+    from drivetrain.study.model import FreeRatio, JointTask, Study
     from drivetrain.study.parts.selection import SelectionOptions, Wanted
     from drivetrain.study.parts.tolerances import Tolerances
     from drivetrain.study.parts.verdicts import Check, Verdict

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from drivetrain.drive.drive import Drive
-from drivetrain.errors import Fault, member_of, nearest, raise_faults
+from drivetrain.errors import Fault, InputError, member_of, nearest, raise_faults
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
@@ -184,6 +184,8 @@ def optimum_curve(
         points.
     """
     what = varied(vary)
+    if len(span) != 2:
+        raise InputError(Fault("span", "must have a smallest and a largest value", span))
     unit = "degC" if what.unit == "C" else what.unit
     low, high = (quantity(end, unit, "span") if isinstance(end, str) else end for end in span)
     search = _CurveSearch(study, what, _checked(study, what, payload, (low, high), points))
@@ -299,7 +301,7 @@ class _CurveSearch:
 
 def _robust(study: Study, value: float) -> CurvePoint:
     """The best set that is feasible with the required probability at a value."""
-    found = robust_select(study)
+    found = robust_select(replace(study, wanted=replace(study.wanted, sets=1)))
     if found.chosen is None:
         return CurvePoint(value, {}, math.nan, {}, f"no set: {found.proof}" if found.exhausted else found.proof)
     best = found.chosen.drives

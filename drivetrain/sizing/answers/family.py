@@ -5,7 +5,8 @@ members remove candidates too. A set is accepted if it is feasible for every mem
 
 If only motors or only gears are common, an outer branch and bound search decides which of them each joint may have. The
 best set of each member is found by a search of its own, and the sum of their objectives is a lower bound. Where members
-disagree at a joint, one branch gives the part of one member to all, and the other branch excludes it.
+disagree at a joint, one branch gives the part of one member to all, and the other branch excludes it. Common drives are
+chosen in this way too if each member has amplifiers of its own, whose prices differ between members.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ import heapq
 import math
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -69,8 +71,8 @@ class _OtherMembers:
     problems: tuple[Problem, ...]
     counters: Counter[str] = field(default_factory=Counter)
 
-    def satisfied(self, pairs: tuple[int, ...]) -> bool:
-        """Whether a set is feasible for all other members."""
+    def satisfied(self, pairs: tuple[int, ...], objective: float) -> bool:
+        """Whether a set is feasible for all other members, whatever its objective is."""
         return all(satisfied(one.evaluate(pairs)) for one in self.problems)
 
     def without_failing(self, domains: Domains, load_decided: Mask) -> Domains:
@@ -100,7 +102,8 @@ def _untested(one: Problem, domain: Domain) -> Domain:
     return Domain(domain.pairs, cost, np.zeros(len(cost), dtype=np.bool_), float(cost.min()))
 
 
-COMMON = ("drives", "motors", "gears")
+# What all members share, by name: its key, from the keys of a (motor, gear)
+COMMON: dict[str, Callable[[Pair], str]] = {"drives": str, "motors": itemgetter(0), "gears": itemgetter(1)}
 
 
 def select_family(
@@ -143,13 +146,17 @@ def select_family(
         for one in members:
             check_keys(one)
         raise
+    own_amplifiers = any(
+        one.price_weight and len(offer.task.amplifiers) > 1 for one in problems for offer in one.candidates.joints
+    )
+    one_search = common == "drives" and not own_amplifiers
     others: Any = _OtherMembers(problems[1:])
-    tree = Tree(problems[0], chance_constraint=others if problems[1:] and common == "drives" else None)
+    tree = Tree(problems[0], chance_constraint=others if problems[1:] and one_search else None)
     tree.begin()
     # compilation before this point does not count towards the time limit
     deadline = time.perf_counter() + options.time_limit
-    if common != "drives":
-        return _with_own_parts(problems, COMMON.index(common) - 1, deadline)
+    if not one_search:
+        return _with_own_parts(problems, COMMON[common], deadline)
     tree, first = run_search(tree, deadline, lambda *_: None)
     counters = dict(tree.counters + others.counters)
     if not tree.best:
@@ -163,15 +170,15 @@ def select_family(
 Allowed = tuple[frozenset[str], ...]  # parts by joint
 
 
-def _with_own_parts(problems: Sequence[Problem], which: int, deadline: float) -> FamilySelection:
-    """The sets of all members with common motors (0) or gears (1) and the smallest sum of objectives."""
-    parts = [[np.array([p.candidates.keys(k)[which] for k in own.tolist()], dtype=str) for own in p.eligible]
+def _with_own_parts(problems: Sequence[Problem], common: Callable[[Pair], str], deadline: float) -> FamilySelection:
+    """The sets of all members with common parts and the smallest sum of objectives."""
+    parts = [[np.array([common(p.candidates.keys(k)) for k in own.tolist()], dtype=str) for own in p.eligible]
              for p in problems]  # fmt: skip
     counters: Counter[str] = Counter()
 
     def chosen(member: int, tree: Tree) -> list[str]:
         keys = problems[member].candidates.keys
-        return [keys(pair)[which] for pair in tree.best[0].pairs]
+        return [common(keys(pair)) for pair in tree.best[0].pairs]
 
     def searches(allowed: Allowed, before: Sequence[Tree], limit: float) -> list[Tree] | None:
         """Each member's best set of allowed parts; None if the sum of their objectives reaches the limit."""

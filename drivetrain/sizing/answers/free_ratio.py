@@ -20,7 +20,7 @@ from drivetrain.drive.gear import Gear
 from drivetrain.drive.matching import GearFamily, fitted_family, ideal_family, ratio_of_least_rms
 from drivetrain.errors import Fault, InputError, by_joint, member_of, nearest, raise_faults
 from drivetrain.sizing.answers.ratio import partners, rms_torque, terms_of
-from drivetrain.sizing.answers.ratio_descent import ArmDesign, Goal, LineSearch, coordinate_descent
+from drivetrain.sizing.answers.ratio_descent import ArmDesign, Goal, LineSearch, checks_with_limits, coordinate_descent
 from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import Pair, given_drives
 from drivetrain.sizing.judge.missing import torque_lacks
@@ -222,8 +222,8 @@ def _joint(search: LineSearch, ratio: float) -> FreeJoint:
     family = design.families[joint]
     sweep = np.geomspace(family.low, family.high, SWEEP_POINTS)
     result, setups = search.current.joint(joint), [search.setup(float(x)) for x in sweep]
-    binding, ideal = worst_of(result.checks), result.drive.gear.kind == "ideal"  # an ideal gear has no limits to check
-    verdict = verdict_of(check for check in result.checks if not (ideal and check.name.startswith("gear ")))
+    checks = checks_with_limits(result)
+    binding, verdict = worst_of(checks), verdict_of(checks)
     least_rms = ratio_of_least_rms(terms_of(search.current, joint)) if result.torque_known else math.nan
     torque = [rms_torque(setup, joint) if setup.joint(joint).torque_known else math.nan for setup in setups]
     return FreeJoint(

@@ -25,8 +25,10 @@ from drivetrain.sizing.answers.ratio import rms_torque
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.judge.vary import Setup, Worst, edges, worst_of
+from drivetrain.sizing.results import JointResult
 from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import drive_mass
+from drivetrain.study.parts.verdicts import Check
 
 MAX_ROUNDS = 12
 RATIO_TOLERANCE = 1e-6  # largest relative change of any ratio in a round after which the descent ends
@@ -141,6 +143,12 @@ class ArmDesign:
         return found
 
 
+def checks_with_limits(result: JointResult) -> list[Check]:
+    """The checks of a joint; of an ideal gear, which has no limits, without its own."""
+    ideal = result.drive.gear.kind == "ideal"
+    return [check for check in result.checks if not (ideal and check.name.startswith("gear "))]
+
+
 def coordinate_descent(design: ArmDesign) -> tuple[dict[int, float], int]:
     """Ratios by joint index at which no change of a single ratio lowers the objective, and the number of rounds.
 
@@ -185,7 +193,8 @@ class LineSearch:
 
     def binding_limit(self, ratio: float) -> Worst:
         """The limit of speed or voltage with the highest utilisation; above 1 the ratio is not allowed."""
-        return worst_of(check for check in self.setup(ratio).joint(self.joint).checks if check.name in RANGE_CHECKS)
+        result = self.setup(ratio).joint(self.joint)
+        return worst_of(check for check in checks_with_limits(result) if check.name in RANGE_CHECKS)
 
     def minimum(self) -> LineMinimum:
         """The smallest objective within the allowed ranges: the best ratio of a grid, refined by Brent's method."""

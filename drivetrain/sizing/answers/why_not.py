@@ -16,7 +16,7 @@ import numpy as np
 from drivetrain.catalog.read import compatible_pairs
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, bare_key
-from drivetrain.errors import Fault, nearest, raise_faults, whole_name
+from drivetrain.errors import Fault, InputError, nearest, raise_faults, whole_name
 from drivetrain.sizing.answers.ratio import NearGear, near_gears, partners
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import NO_GEAR, Pair
@@ -38,6 +38,7 @@ from drivetrain.sizing.judge.vary import (
     worst_of,
 )
 from drivetrain.sizing.results import Evaluation, JointResult, Selection
+from drivetrain.sizing.search.preconditions import same_study
 from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange
 from drivetrain.study.model import JointTask, Study, pair_name
@@ -192,9 +193,11 @@ def why_not(
 
     Raises:
         InputError: Neither motor nor gear is named, or no joint, motor or gear has the name; all faults at once, with
-        the nearest names.
+        the nearest names; or the selection is one of another study.
     """
     joint, key, wheel = _named(study, joint, motor, gear)
+    if selection is not None and not same_study(selection.study, study):
+        raise InputError(Fault("selection", "is one of another study", selection.study.name))
     found = select(study) if selection is None else selection
     chosen, family = found.evaluation.drives, lighter_work(study)
     setup = Setup(family.at(TaskChange()), named_drives(study, chosen))

@@ -51,6 +51,8 @@ def _of_numbers(options: SelectionOptions) -> Iterator[Fault]:
         value = getattr(options, name)
         if value is not None and not value >= 1:
             yield Fault(f"wanted.{name}", "must be 1 or more", value)
+    if options.holds is not None and not 0.0 < options.holds < 1.0:
+        yield Fault("wanted.holds", "must be a probability between 0 and 1", options.holds, "such as 0.99")
     if not options.time_limit >= 0.0:
         yield Fault("wanted.time_limit", "must be 0 or more [s]", options.time_limit)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
@@ -26,6 +26,7 @@ from drivetrain.sizing.search.constraints.chance import (
 )
 from drivetrain.sizing.search.problem import build_problem
 from drivetrain.sizing.search.tree import Tree
+from drivetrain.sizing.tolerance.draws import check_seed
 from drivetrain.sizing.tolerance.sampling import Nominal, candidate, nominal_of
 from drivetrain.study.model import Study
 
@@ -45,6 +46,7 @@ class RobustSelection:
     # Number of drives ruled out without samples, because they fail too often at their joint under the same loads.
     passed: int = 0
     bound: float = math.inf  # lower bound on the objective of sets that were not tested; infinite if there are none
+    best_sets: tuple[DriveSet, ...] = ()  # the best sets that passed, best first: as many as the study asks for
 
     @property
     def proven(self) -> bool:
@@ -115,13 +117,15 @@ def robust_select(
     """
     wanted = study.wanted.holds if holds is None else holds
     start = study.tolerances.seed if seed is None else seed
-    faults = []
+    faults = check_seed(start)
     if not study.tolerances.given:
         faults.append(Fault("tolerances", "the study states none, so nothing scatters"))
     if wanted is None or not 0.0 < wanted < 1.0:
         faults.append(Fault("holds", "must be a probability between 0 and 1", wanted, "such as 0.99"))
     if not 0.5 <= confidence < 1.0:
         faults.append(Fault("confidence", "must lie between 0.5 and 1", confidence))
+    if most_sets < 1:
+        faults.append(Fault("most_sets", "must be 1 or more", most_sets))
     if faults or wanted is None:
         raise InputError(faults)
     base = nominal_of(study, work)
@@ -139,7 +143,7 @@ def _first_accepted(
         ready = candidate(base, one.drives)
         trials.append(run_trial(ready, one, probability, share_of_error(confidence, len(trials)), seed=seed))
         if trials[-1].decision is Decision.HOLDS:
-            return RobustSelection(probability, confidence, trials[-1], tuple(trials), False)
+            return RobustSelection(probability, confidence, trials[-1], tuple(trials), False, best_sets=(one,))
         if len(trials) >= most_sets:
             return RobustSelection(probability, confidence, None, tuple(trials), False, bound=one.objective)
     return RobustSelection(probability, confidence, None, tuple(trials), True)
@@ -147,18 +151,22 @@ def _first_accepted(
 
 def _search(base: Nominal, probability: float, confidence: float, seed: int, most_sets: int) -> RobustSelection:
     """The best of all sets that pass the test, by one search."""
-    study = replace(base.study, wanted=replace(base.study.wanted, sets=1))
-    problem = build_problem(build_candidates(study, replace(base.work, study=study)), study.wanted)
+    study = base.study
+    problem = build_problem(build_candidates(study, base.work), study.wanted)
     constraint = ChanceConstraint(problem, base, probability, confidence, seed, most_sets)
     tree = Tree(problem, chance_constraint=constraint)
     tree.begin()
     deadline = time.perf_counter() + study.wanted.time_limit
     while not (tree.finished or constraint.exhausted) and time.perf_counter() < deadline:
         tree.run(0.0, lambda done, total, text: None)  # one node at a time
-    chosen = constraint.trials[tree.best[0].pairs] if tree.best else None
+    passed = [constraint.trials[found.pairs] for found in tree.best]
+    chosen = passed[0] if passed else None
     trials = tuple(sorted(constraint.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
     bound = math.inf if tree.finished else tree.bound
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
     exhausted = tree.finished and chosen is None
-    return RobustSelection(probability, confidence, chosen, trials, exhausted, constraint.removed, bound)
+    return RobustSelection(
+        probability, confidence, chosen, trials, exhausted, constraint.removed, bound,
+        tuple(trial.drives for trial in passed),
+    )  # fmt: skip

@@ -149,11 +149,10 @@ def _robust(selection: Selection, problem: Problem) -> Selection:
         )  # fmt: skip
     best = found.chosen.drives
     chosen = problem.pairs(best.drives)
-    others = (one for one in selection.best_sets if one.objective >= best.objective and one.drives != best.drives)
     return replace(
         selection, drives=dict(best.drives), evaluation=evaluated(work, best.drives), objective=best.objective,
         proof=f"{selection.proof} with nominal values; {found.proof}", rejected_pairs=Rejected(problem, chosen),
-        alternatives=alternatives(problem, chosen), best_sets=(best, *others), equals=0, all_equals=False, choice=found,
+        alternatives=alternatives(problem, chosen), best_sets=found.best_sets, equals=0, all_equals=False, choice=found,
     )  # fmt: skip
 
 

@@ -352,7 +352,7 @@ class Tree(BranchAndBound[BoundedNode]):
             return False
         if (self.last is not None and found >= self.last) or found.pairs in {one.pairs for one in self.best}:
             return True
-        if self.chance_constraint is not None and not self.chance_constraint.satisfied(found.pairs):
+        if self.chance_constraint is not None and not self.chance_constraint.satisfied(found.pairs, found.objective):
             self.excluded |= {found.pairs}
             return False
         self.counters["sets that fit"] += 1

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.errors import Fault
 from drivetrain.study.model import Study
 from drivetrain.study.parts.tolerances import SMALLEST, Tolerance
 
@@ -53,6 +54,11 @@ def sources(study: Study) -> tuple[Source, ...]:
     if "payload" in given and study.arm is not None:
         found += [Source("payload", body.name) for body in study.payloads if body.mass > 0.0]
     return (*found, Source("ambient")) if "ambient" in given else tuple(found)
+
+
+def check_seed(seed: int) -> list[Fault]:
+    """The fault of a seed that the random numbers cannot start from, if it has one."""
+    return [] if seed >= 0 else [Fault("seed", "must be 0 or more", seed)]
 
 
 def drawn(study: Study, samples: int, seed: int | tuple[int, ...]) -> Draws:

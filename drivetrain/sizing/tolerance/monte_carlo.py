@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, raise_faults
 from drivetrain.notebook import shown
 from drivetrain.sizing.results import Evaluation
-from drivetrain.sizing.tolerance.draws import sources, streamed
+from drivetrain.sizing.tolerance.draws import check_seed, sources, streamed
 from drivetrain.sizing.tolerance.sampling import NAMES, SHARED, Samples, candidate, judged, nominal_of, undrawn
 
 if TYPE_CHECKING:
@@ -122,16 +122,18 @@ def robustness(
         The probabilities with their errors.
 
     Raises:
-        InputError: The study states no tolerance, or the number of samples is below 1.
+        InputError: The study states no tolerance, the number of samples is below 1, or the seed is negative.
     """
     study = evaluation.study
     count = study.tolerances.samples if samples is None else samples
     start = study.tolerances.seed if seed is None else seed
+    faults = check_seed(start)
     if not study.tolerances.given:
         hint = "such as {torque_constant: 5 %, friction: 30 %}"
-        raise InputError(Fault("tolerances", "the study states none, so nothing scatters", hint=hint))
+        faults.append(Fault("tolerances", "the study states none, so nothing scatters", hint=hint))
     if count < 1:
-        raise InputError(Fault("samples", "must be at least 1", count))
+        faults.append(Fault("samples", "must be at least 1", count))
+    raise_faults(faults)
     ready = candidate(nominal_of(study), evaluation.drives)
     tally, remembered = _Tally(len(study.joints)), 0
     kept: dict[str, list[Array]] = {place: [] for place in ("joints", *SHARED)}

@@ -17,6 +17,7 @@ clipped), payloads at zero, efficiencies at 1.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 from typing import Annotated, Any
 
@@ -24,7 +25,7 @@ import numpy as np
 from annotated_types import Ge
 
 from drivetrain.arrays import Array
-from drivetrain.errors import nearest
+from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.units import Quantity, Reader, refused
 
 LAWS = ("uniform", "normal")
@@ -46,6 +47,10 @@ class Tolerance:
     width: float
     normal: bool = False
     absolute: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.width < math.inf:
+            raise InputError(Fault("width", "of a tolerance must be 0 or more, and finite", self.width))
 
     def deviation(self, uniform: Array) -> Array:
         """Quantile of the deviation, for probabilities of a smaller deviation; same shape."""

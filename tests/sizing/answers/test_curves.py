@@ -126,6 +126,7 @@ def test_wrong_input_is_told(make):
         (("payload", (1.0, 1.0)), "rise"),
         (("payload", (-1.0, 1.0)), "0 or more"),
         (("cycle_time", (0.0, 1.0)), "positive"),
+        (("voltage", (24.0,)), "a smallest and a largest"),
     ):
         with pytest.raises(InputError, match=word):
             optimum_curve(study, *arguments)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import Catalog
+from drivetrain.drive.amplifier import Amplifier
 from drivetrain.errors import InputError
 from drivetrain.report.verdict_lines import family_lines
 from drivetrain.sizing.answers.family import select_family
@@ -97,6 +98,30 @@ def test_common_motors_or_gears_are_the_best(make, seed):
         for joint in found.drives:
             assert len({one.drives[joint][which] for one in found.evaluations}) == 1
         assert all(one.feasible for one in found.evaluations)
+
+
+def test_members_pay_for_their_own_amplifiers(make):
+    """The price of a member counts the amplifier that it needs, so that common drives cost the mean of all members."""
+    amplifiers = tuple(
+        Amplifier(peak_current=peak, continuous_current=peak, key=f"{peak:.3g} A", price=10.0 * peak)
+        for peak in np.geomspace(2.0, 60.0, 12).tolist()
+    )
+    wanted = SelectionOptions((("price", 1.0),))
+    members = [
+        replace(one, joints=tuple(replace(task, amplifiers=amplifiers) for task in one.joints), wanted=wanted)
+        for one in family(make, 1)
+    ]
+    names, means = [task.name for task in members[0].joints], []
+    for one in itertools.product(*(task.pairs for task in members[0].joints)):
+        found = [evaluate(member, dict(zip(names, one, strict=True))) for member in members]
+        if all(each.feasible for each in found):
+            means.append(np.mean([each.objective for each in found]))
+    found = select_family(members)
+    costs = [one.objective for one in found.evaluations]
+    assert found.proven and np.ptp(costs) > 1.0  # other members need other amplifiers
+    assert found.objective == pytest.approx(min(means), rel=1e-12) == np.mean(costs)
+    assert found.bound == pytest.approx(min(means), rel=1e-12)
+    assert all(one.drives == found.drives for one in found.evaluations)
 
 
 def test_a_first_answer_comes_however_short_the_time(make):

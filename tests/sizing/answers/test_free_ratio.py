@@ -42,6 +42,15 @@ def test_a_pure_inertia_has_the_matched_ratio(make):
     assert joint.least_rms == pytest.approx(matched, rel=1e-6)
 
 
+def test_an_ideal_gear_turns_as_fast_as_the_motor(make):
+    """It has no limit of input speed, so none is assumed either: real gears without one count as made for 2000 rpm."""
+    study = inertia_study(make)
+    light = replace(study.catalog.motors["m1"], rotor_inertia=1e-6)
+    (joint,) = free_ratios(replace(study, catalog=Catalog({"m1": light}, {"g1": make.gear})), free={"j1": WIDE}).joints
+    assert joint.best == pytest.approx(math.sqrt(0.4 / 1e-6), rel=1e-4)
+    assert joint.best * 2.0 / np.pi > 2000.0 * np.pi / 30.0  # mean speed of the motor over limit that is assumed
+
+
 def test_any_load_has_the_fourth_root(make):
     study = inertia_study(make, hold=3.0)
     (joint,) = free_ratios(study, free={"j1": WIDE}).joints

@@ -16,6 +16,7 @@ from drivetrain.report.pages.why_not_page import why_not_lines
 from drivetrain.sizing.answers.why_not import Standing, why_not
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import worst_of
+from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.parts.verdicts import Verdict
 
@@ -188,3 +189,8 @@ def test_a_part_number_names_its_row_and_unknown_names_are_told_together(arm_stu
     assert "'weak'" in text and "'g50'" in text and "j1" in text
     with pytest.raises(InputError, match="name a motor"):
         why_not(arm_study, "j1")
+    rows = replace(arm_study.catalog, motors={"strong": arm_study.catalog.motors["strong"]})
+    only = tuple(replace(task, drive=("strong", "g50"), pairs=()) for task in arm_study.joints)
+    other = select(replace(arm_study, catalog=rows, joints=only), advise=False)
+    with pytest.raises(InputError, match="another study"):
+        why_not(arm_study, "j1", "weak", selection=other)

@@ -99,6 +99,11 @@ def test_faults(shop):
     with pytest.raises(InputError) as caught:
         robust_select(replace(shop[0], tolerances=Tolerances()), sets=[], confidence=2.0)
     assert len(caught.value.faults) == 3
+    with pytest.raises(InputError) as caught:
+        robust_select(shop[0], sets=[], holds=0.9, most_sets=0, seed=-1)
+    assert len(caught.value.faults) == 2
+    with pytest.raises(InputError, match="between 0 and 1"):
+        select(replace(shop[0], wanted=replace(shop[0].wanted, holds=1.0)))
 
 
 def test_sets_from_the_search_come_in_order(shop):
@@ -169,6 +174,29 @@ def test_the_search_is_brute_force(coupled_choice, chances, wanted):
     assert found.chosen.drives.objective == pytest.approx(best, rel=1e-12)
     assert all(one.decision is Decision.FALLS for one in found.better)
     assert f"{len(found.better)} better sets do not" in found.proof
+
+
+@pytest.mark.parametrize("wanted", WANTED)
+def test_all_best_sets_hold_often_enough(coupled_choice, chances, wanted):
+    """Not only the first one: the others of a selection are the next best ones that do."""
+    study = replace(coupled_choice, wanted=replace(coupled_choice.wanted, sets=3, holds=wanted))
+    expected = sorted(one for one, chance in chances if chance.probability > wanted)[:3]
+    found = select(study, advise=False)
+    assert [one.objective for one in found.best_sets] == pytest.approx(expected, rel=1e-12)
+    assert found.drives == found.best_sets[0].drives and found.choice.best_sets == found.best_sets
+
+
+def test_a_given_drive_without_a_price_leaves_that_of_the_rest(coupled_choice):
+    motors = {key: replace(row, price=50.0 + 200.0 * row.mass) for key, row in coupled_choice.catalog.motors.items()}
+    motors["b3"] = replace(motors["b3"], price=None)
+    tasks = (coupled_choice.joints[0], replace(coupled_choice.joints[1], drive=("b3", "g1"), pairs=()))
+    wanted = replace(coupled_choice.wanted, weights=(("price", 1.0),), holds=0.92)
+    catalog = replace(coupled_choice.catalog, motors=motors)
+    found = select(replace(coupled_choice, joints=tasks, catalog=catalog, wanted=wanted), advise=False)
+    motor, gear = found.drives["j1"]
+    assert motor != "a0" and found.choice.proven  # the cheapest does not hold often enough
+    assert found.objective == pytest.approx(motors[motor].price + catalog.gears[gear].price, rel=1e-12)
+    assert [one.drives.drives["j1"][0] for one in found.choice.better] == [f"a{i}" for i in range(int(motor[1]))]
 
 
 def test_a_search_that_may_not_go_on_says_so(coupled_choice):

@@ -194,6 +194,11 @@ def test_nothing_scatters(one_axis):
         robustness(evaluate(one_axis))
     with pytest.raises(InputError, match="at least 1"):
         robustness(of_peak_current(one_axis, Tolerance(0.1), limit=1.0), samples=0)
+    with pytest.raises(InputError, match="seed"):
+        robustness(of_peak_current(one_axis, Tolerance(0.1), limit=1.0), seed=-1)
+    for width in (math.nan, -0.1, math.inf):
+        with pytest.raises(InputError, match="width"):
+            Tolerance(width)
 
 
 # ------------------------------------------------------------ tornado

@@ -74,8 +74,11 @@ class ChanceConstraint:
         """Whether the number of tested sets has reached its limit."""
         return len(self.trials) >= self.max_sets
 
-    def satisfied(self, pairs: Pairs) -> bool:
-        """Whether a set is feasible with nominal values and with the required probability."""
+    def satisfied(self, pairs: Pairs, objective: float = math.nan) -> bool:
+        """Whether a set is feasible with nominal values and with the required probability.
+
+        ``objective``: that of the set in the search, used if its own is unknown because a given drive lacks data.
+        """
         if any(self.fails(joint, np.array([pair]), pairs)[0] for joint, pair in enumerate(pairs)):
             self.counters["sets with a drive that fails too often"] += 1
             return False
@@ -84,7 +87,8 @@ class ChanceConstraint:
         ready = candidate(self.base, self.problem.keys(dict(enumerate(pairs))))
         if not satisfied(ready.nominal):
             return False
-        drives = DriveSet(dict(ready.drives), ready.nominal.objective, ready.nominal.criteria)
+        known = ready.nominal.objective
+        drives = DriveSet(dict(ready.drives), objective if math.isnan(known) else known, ready.nominal.criteria)
         error = share_of_error(self.confidence, len(self.trials))
         trial = run_trial(ready, drives, self.probability, error, seed=self.seed)
         self.trials[pairs] = trial
