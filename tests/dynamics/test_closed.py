@@ -257,7 +257,7 @@ def test_functions_for_open_chains_refuse_loops():
 
 
 def test_single_causes_add_up_with_loops():
-    """Gravity, speeds and a wrench at the tip alone add up to the whole; the wrench does the work of the tip's motion."""
+    """Gravity, speeds and a wrench at the tip alone add up; the wrench does the work of the tip's motion."""
     arm = CASES["palletiser"]
     q, qd, _ = (rows[::7] for rows in motion(arm))
     wrench, still = np.array([1.0, -2.0, 3.0, 40.0, -50.0, 60.0]), np.zeros_like(q)

@@ -92,6 +92,7 @@ from drivetrain.sizing.judge.cases import coldest, stop_constant, stop_temperatu
 from drivetrain.sizing.judge.checks import GEAR, HEAT, SPEED, TORQUE
 from drivetrain.vector import larger, smaller
 
+HALVINGS = 12  # bisection steps for the largest current that does not overload the gear
 NOTHING = np.int64(-1)  # numpy's integer, because numba compiles a kernel again for each plain Python integer or bool
 NO, YES = np.int64(0) != 0, np.int64(1) != 0
 
@@ -660,6 +661,23 @@ def hard_stop(case: Any, motion: Any, torque: Any, load_inertia: Any, trace: Any
         largest = max(largest, trace[t])
         longest = max(longest, 0.5 * speed * speed / slowing) if slowing > 0.0 else np.inf
     return largest, holding, longest
+
+
+@kernel(fastmath=FAST)
+def safe_stop_current(cases: Any, motion: Any, torque: Any, load_inertia: Any, allowed: float) -> float:
+    """Largest stop current [A], up to that of a case, at which no ``hard_stop`` needs more gear torque than allowed
+    [N m], by bisection; ``cases``: this case alone, whose stop current is changed.
+    """
+    case, trace, low, high = cases[0], np.zeros(len(torque)), 0.0, 1.0
+    full = case.setting.stop_current
+    if hard_stop(case, motion, torque, load_inertia, trace)[0] <= allowed:
+        return float(full)
+    for _ in range(HALVINGS):
+        share = 0.5 * (low + high)
+        case.setting.stop_current = share * full
+        safe = hard_stop(case, motion, torque, load_inertia, trace)[0] <= allowed
+        low, high = (share, high) if safe else (low, share)
+    return float(low * full)
 
 
 class Mechanical(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 
 from drivetrain.arrays import Array
 from drivetrain.drive.drive import Drive, drive_inertia, rotor_torque
-from drivetrain.drive.gear import moment_square
+from drivetrain.drive.gear import moment_square, onward
 from drivetrain.drive.motor import terminal_voltage, torque_constant, winding_resistance
 from drivetrain.drive.motor_limits import SourcedValue, continuous_current
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
@@ -20,7 +20,7 @@ from drivetrain.sizing.demand.demand import JointDemand, held_samples
 from drivetrain.sizing.demand.series import joint_series
 from drivetrain.sizing.judge.cases import CASE, cases_of
 from drivetrain.sizing.judge.checks import CHECKS, table
-from drivetrain.sizing.judge.judge import judge_cases, torque_factor
+from drivetrain.sizing.judge.judge import judge_cases, safe_stop_current, torque_factor
 from drivetrain.sizing.judge.missing import torque_lacks
 from drivetrain.sizing.results import JointSeries
 from drivetrain.study.model import JointTask, Safety, Study, Supply
@@ -199,6 +199,17 @@ class Operation:
         # differences first: this loses no digits where the steps are tiny
         rate = motion.rates[2] * steps[1:] - motion.rates[0] * steps[:-1]
         return terminal_voltage(self.drive.motor, self.motor_speed, current[1:-1], rate, winding, magnets)
+
+    @property
+    def safe_stop_current(self) -> float:
+        """Largest current limit, up to that of the stop, at which no stop of this joint overloads the gear [A].
+
+        The gear's momentary torque and the stop's current are known.
+        """
+        case, demand = self.judgement.case, self.demand
+        allowed = float(self.drive.gear.momentary_torque or math.nan) / case.safety.peak_torque / onward(case.gear)
+        load = (np.array(series, dtype=np.float64) for series in (demand.gear_torque, demand.load_inertia))
+        return float(safe_stop_current(np.array([case], CASE), self.judgement.series.motion, *load, float(allowed)))
 
     def instant(self, series: str) -> float | None:
         """Time at which a series of the drive or its demand is largest in magnitude [s]; None if there is no series."""

@@ -16,19 +16,15 @@ from drivetrain.drive.stops import (
     braked,
     braking_push,
     jam_torque,
-    overshoot,
     rotor_energy,
     stiff_spring,
     stop_rotor,
-    stop_swing,
-    swing_spring,
 )
 from drivetrain.drive.thermal.heat import rms_rule_validity
 from drivetrain.motion.duty_cycle import sample_weights
 from drivetrain.records import known
 from drivetrain.sizing.judge.cases import rests_on_gear, stop_constant, stop_temperature
 
-HALVINGS = 12  # bisection steps for the largest current that does not overload the gear
 STANDS = "the joint never moves: one phase may carry the amplitude, sqrt(2) times its RMS"
 RESTS = "at rest one phase may carry the amplitude: sqrt(2) times its RMS"
 AMPERES = {"dc": "DC", "rms": "rms", "peak": "amplitude"}
@@ -205,9 +201,12 @@ def _safe_current(op: Any) -> str:
     """The largest current limit at which no stop overloads the gear and the current that holds the load, as text."""
     if op.drive.gear.momentary_torque is None:
         return ""
-    safe, holding = safe_stop_current(op)
+    case, demand = op.judgement.case, op.demand
+    safe = op.safe_stop_current
     if safe >= op.number("setting.stop_current"):
         return ""
+    static = np.abs(demand.gear_torque - _braking(op)[3] * demand.acceleration).max()
+    holding = float(static) / abs(float(case.gear.ratio * stop_constant(case)))  # without help of the mesh friction
     text = "; no stop current keeps the gear within its limit"
     if safe > 0.0:
         text = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear within its limit"
@@ -215,36 +214,6 @@ def _safe_current(op: Any) -> str:
     return (
         text if safe >= holding else f"{text}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
     )
-
-
-def safe_stop_current(op: Any) -> tuple[float, float]:
-    """Largest current limit [A] at which no stop of this joint exceeds the gear's momentary limit, and the current [A]
-    that holds its load without help of the mesh friction.
-    """
-    case, demand = op.judgement.case, op.demand
-    mesh, series = mesh_of(case.gear), (*_braking(op), demand.gear_torque, demand.loss_speed)
-    moving = [row for row in zip(*(one.tolist() for one in series), strict=True) if row[-1] != 0.0]
-    spring, stiffest, softest = swing_spring(case.gear), stiff_spring(case.gear).slope_3, case.gear.stiffness_1
-    allowed = op.drive.gear.momentary_torque / case.safety.peak_torque / onward(case.gear)
-    per_ampere, full_current = abs(float(case.gear.ratio * stop_constant(case))), op.number("setting.stop_current")
-
-    def is_safe(current: float) -> bool:
-        for rotor, push, static, inertia, before, speed in moving:
-            sign = math.copysign(1.0, speed)
-            reduced_push = push + sign * (full_current - current) * per_ampere
-            found = braked(mesh.driving, mesh.driven, rotor, reduced_push, static, inertia, sign)
-            share = overshoot(softest, inertia, rotor, case.setting.stop_rise)
-            torque = stop_swing(spring, stiffest, share, found, static, before, inertia, speed)
-            if torque + stage_load(case.gear) * abs(found.acceleration) > allowed:
-                return False
-        return True
-
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        share = 0.5 * (low + high)
-        low, high = (share, high) if is_safe(share * full_current) else (low, share)
-    holding = float(np.abs(demand.gear_torque - _braking(op)[3] * demand.acceleration).max()) / per_ampere
-    return (full_current if is_safe(full_current) else low * full_current), holding
 
 
 def peaks(op: Any, row: Any) -> Words:
