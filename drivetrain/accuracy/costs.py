@@ -50,16 +50,19 @@ def interval_of(duration: float) -> float:
     return max(min(USUAL_INTERVAL, duration / 500.0), duration / MOST_ROWS)
 
 
+def judged_interval(engine: Engine, duration: float) -> float:
+    """Time between two output rows of a run of an engine that is judged [s]; of a fixed step all steps."""
+    interval = interval_of(duration)
+    return max(min(interval, engine.step), duration / MOST_NODES) if isinstance(engine, FixedStep) else interval
+
+
 def run_to_end(ready: Plan, engine: Engine) -> Recording:
     """Simulate a plan, recorded finely enough to be judged.
 
     Raises:
         InputError: The run stopped before its end.
     """
-    duration = ready.scene.duration
-    interval = interval_of(duration)
-    if isinstance(engine, FixedStep):
-        interval = max(min(interval, engine.step), duration / MOST_NODES)
+    interval = judged_interval(engine, ready.scene.duration)
     recording = simulate(ready, solver=engine, interval=interval, checked=False)
     if recording.stopped_by is not None:
         event = recording.stopped_by

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -135,22 +135,21 @@ def _step_events(
     if plan.scene.duration > MOST_CHECKED_STEPS * min(engine.step, plan.period):
         return ()
     events = _bus_event(engine, recording, plan, given)
-    halved = engine.finer(plan.period).run(plan, RunOptions(interval, start=given))
-    if halved.stopped_by is not None or not largest_change(plan, rows, halved.rows):
-        return events
-    # Oscillations faster than the output rows would differ by aliasing, so the comparison uses more output rows.
+    # Output rows that leave out steps may leave out peaks, and oscillations faster than these differ by aliasing.
     seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED_ROWS), start=given)
-    rows, tried, first, advice = engine.run(plan, seen).rows, engine, "", "try AdaptiveStep"
+    here = _recorded(plan, rows if interval <= engine.step else engine.run(plan, seen).rows)
+    tried, first, advice = engine, "", "try AdaptiveStep"
     while plan.scene.duration <= MOST_CHECKED_STEPS * tried.step:
         finer = tried.finer(plan.period)
         halved = finer.run(plan, seen)
         if halved.stopped_by is not None:
             break
-        changed = largest_change(plan, rows, halved.rows)
+        there = _recorded(plan, halved.rows)
+        changed = largest_change(plan.scene.joints, here, there)
         if not changed:
             advice = f"a step of {tried.step:g} s is short enough: half of it changes none by {100.0 * ALLOWED:g} %"
             break
-        first, tried, rows = first or changed, finer, halved.rows
+        first, tried, here = first or changed, finer, there
     if not first:
         return events
     detail = (
@@ -194,18 +193,19 @@ def _bus_event(engine: FixedStep, recording: Recording, plan: Plan, given: Mappi
     return (Event(float(recording.time[k]), "bus", detail),)
 
 
-def largest_change(plan: Plan, rows: Array, finer: Array) -> str:
-    """The decision quantity that a finer run changes most, with its relative change; empty if below ``ALLOWED``.
+def _recorded(plan: Plan, rows: Array) -> Recording:
+    """Output rows as a recording, without energies and events."""
+    return Recording(rows[:, 0], TableSeries(rows, plan.layout.recorded, {}))
 
-    ``rows`` and ``finer`` are output rows of both runs.
-    """
+
+def largest_change(joints: Sequence[str], run: Recording, finer: Recording) -> str:
+    """The quantity of a joint that a finer run changes most, with its relative change; empty if below ``ALLOWED``."""
     shares: dict[str, float] = {}
-    for joint in plan.scene.joints:
+    for joint in joints:
         for what, measures in MEASURES.items():
             name = f"{joint}.{what}"
-            if name in plan.layout.recorded:
-                column = plan.layout.recorded[name][0]
-                here, there = rows[:, column], np.interp(rows[:, 0], finer[:, 0], finer[:, column])
+            if name in run.series:
+                here, there = run[name], np.interp(run.time, finer.time, finer[name])
                 if _size(what, there) > SMALLEST_SIZES[what]:
                     shares |= {f"{name} {words}": measure(here, there) for words, measure in measures.items()}
     worst = max(shares, key=lambda name: shares[name], default="")

@@ -17,6 +17,7 @@ from drivetrain.drive.thermal.heat import (
     temperature_of_current,
 )
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
+from drivetrain.drive.thermal.warm_up import warm_up
 from drivetrain.errors import InputError
 
 # A 150 W DC motor: two resistances and two time constants as sheets print them.
@@ -83,9 +84,15 @@ def test_two_nodes_from_the_sheet() -> None:
     assert one.winding_time_constant == pytest.approx(300.0)
 
 
+def _dense(pieces: int, *columns: Array) -> list[Array]:
+    """Columns that are linear between samples, with each interval cut into equal pieces."""
+    every = np.linspace(0.0, len(columns[0]) - 1.0, pieces * (len(columns[0]) - 1) + 1)
+    return [np.interp(every, np.arange(len(one)), one) for one in columns]
+
+
 @pytest.mark.parametrize("with_loss", [False, True])
 def test_against_thousands_of_simulated_cycles(with_loss: bool) -> None:
-    time, current = _cycle()
+    time, current = _dense(10, *_cycle())  # short against the winding's time constant, so that they are taken as given
     loss = np.linspace(1.0, 3.0, time.size) if with_loss else np.zeros(time.size)
     result = temperature_of_current(_network(), MOTOR, time, current, housing_loss=loss if with_loss else None)
     steps = _steps(time, current, loss)
@@ -99,6 +106,29 @@ def test_against_thousands_of_simulated_cycles(with_loss: bool) -> None:
     assert result.winding[0] == pytest.approx(result.winding[-1], rel=1e-12)
     whole = np.linalg.multi_dot(steps[::-1])[:2, :2]
     assert result.spectral_radius == pytest.approx(np.abs(np.linalg.eigvals(whole)).max(), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "network", [ThermalNetwork(1.0, 3.0, 10.0, 260.0, 25.0), ThermalNetwork(0, 4.0, 2.5, None, 25)]
+)
+def test_a_ramp_of_two_rows_heats_as_one_of_many(network: ThermalNetwork) -> None:
+    """Of a ramp the end heats most, when the winding has no time to cool: 20 s are long against it."""
+    time, current = np.array([0.0, 20.0, 20.0, 60.0]), np.array([0.0, 12.0, 0.0, 0.0])
+    loss = np.array([0.0, 3.0, 3.0, 0.0])
+    many, amperes, losses = _dense(2000, time, current, loss)
+    one = temperature_of_current(network, MOTOR, time, current, housing_loss=loss)
+    fine = temperature_of_current(network, MOTOR, many, amperes, housing_loss=losses)
+    rise = fine.peak_winding - 25.0
+    assert one.peak_winding == pytest.approx(fine.peak_winding, abs=1e-3 * rise) and one.peak_time == 20.0
+    assert one.winding.shape == one.housing.shape == one.current.shape == (4,)
+    np.testing.assert_allclose(one.winding, fine.winding[::2000], atol=1e-3 * rise)
+    np.testing.assert_allclose(one.housing, fine.housing[::2000], atol=1e-3 * rise)
+    assert one.mean_winding == pytest.approx(fine.mean_winding, abs=1e-3 * rise)
+    warm = [warm_up(network, MOTOR, *two, 30, housing_loss=lost) for *two, lost in (
+        (time, current, loss), (many, amperes, losses)
+    )]  # fmt: skip
+    assert warm[0].peak_winding == pytest.approx(warm[1].peak_winding, abs=1e-3 * rise)
+    np.testing.assert_allclose(warm[0].winding, warm[1].winding, atol=1e-3 * rise)
 
 
 def test_against_an_integrator_that_sees_the_current_as_it_is() -> None:
@@ -323,6 +353,16 @@ def test_an_overload_over_the_end_of_the_cycle_is_one_overload() -> None:
     # the part of a ramp above the limit counts: 4 s from 0 to 10 A is above 5 A for 2 s, down again for 1 s
     ramp = rms_rule_validity(network, np.array([0.0, 4.0, 6.0, 20.0]), np.array([0.0, 10.0, 0.0, 0.0]), 5.0)
     assert ramp is not None and "3 s" in ramp
+
+
+def test_whole_numbers_are_temperatures_and_resistances_too() -> None:
+    time, current = _cycle()
+    whole = thermal_network(MOTOR, 30, housing_to_ambient=np.float32(5))
+    exact = thermal_network(MOTOR, 30.0, housing_to_ambient=5.0)
+    assert whole == exact == ThermalNetwork(1.9, 5, 41.0 / 1.9, 1120.0 / 4.65, 30)
+    assert temperature_of_current(whole, MOTOR, time, current).peak_winding == (
+        temperature_of_current(exact, MOTOR, time, current).peak_winding
+    )
 
 
 def test_impossible_networks_are_refused() -> None:

@@ -144,9 +144,17 @@ def mean_housing(cycle, loss, scale: float, slow: float):
 def test_a_housing_as_quick_as_its_cycles():
     """Each part gives the housing, or takes, what brings its mean to that of all; over the use that is nothing."""
     shares = np.array([0.4, 0.6])
-    found = mixed(tuple(shares), motor=dataclasses.replace(MOTOR, housing_time_constant=6.0))
+    every = [np.linspace(0.0, size - 1.0, 20 * size - 19) for size in (5, 3)]  # 20 pieces of each interval
+    dense = [
+        [np.interp(at, np.arange(len(loss)), one) for one in (*cycle, loss)]
+        for at, cycle, loss in zip(every, (HARD, MILD), LOSS, strict=True)
+    ]
+    cycles, losses = [(time, current) for time, current, _ in dense], [loss for _, _, loss in dense]
+    found = mixed(
+        tuple(shares), motor=dataclasses.replace(MOTOR, housing_time_constant=6.0), cycles=cycles, losses=losses
+    )
     scale = 1.0 / (1.0 - 0.001 * (found.magnet_temperature - 25.0))
-    own = np.array([mean_housing(cycle, loss, scale, 6.0) for cycle, loss in zip((HARD, MILD), LOSS, strict=True)])
+    own = np.array([mean_housing(cycle, loss, scale, 6.0) for cycle, loss in zip(cycles, losses, strict=True)])
     weight = shares / own[:, 1]
     assert found.mean_housing == pytest.approx(weight @ own[:, 0] / weight.sum(), abs=1e-4)
 

@@ -11,7 +11,7 @@ from drivetrain.effects.effect import Effect
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.recording import Event
-from drivetrain.simulation.run import largest_change
+from drivetrain.simulation.run import _recorded, largest_change
 
 MOTOR = dt.Motor("m", 0.3, 0.03, max_winding_temperature=155.0)
 
@@ -116,8 +116,17 @@ def test_a_quantity_that_half_the_step_changes_by_more_than_a_percent_is_named(n
     for change in (1.009, 1.011):
         finer = rows.copy()
         finer[:, column] = start + (rows[:, column] - start) * change
-        found = largest_change(plan, rows, finer)
+        found = largest_change(("joint",), _recorded(plan, rows), _recorded(plan, finer))
         assert (f"joint.{name} {words} by 1.1 %" in found) if change > 1.01 else not found
+
+
+def test_the_step_is_checked_between_output_rows_too() -> None:
+    """A current that is over before the first output row, and has a peak of a third of that of half the step."""
+    motor = dt.Motor("m", 0.5, 0.05, inductance=1e-4)
+    scene = dt.joint_scene(2e-6, [dt.Winding(motor), dt.GivenVoltage([0.0, 0.1], [24.0, 24.0])], 0.1)
+    rare, dense = (dt.simulate(scene, interval=interval) for interval in (0.01, 1e-3))
+    assert rare["joint.current"].max() < 0.01 * dense["joint.current"].max()
+    assert [event.detail for event in named(rare, "step")] == [event.detail for event in named(dense, "step")] != []
 
 
 def test_what_strikes_within_a_step_is_said() -> None:

@@ -41,6 +41,8 @@ class ThermalNetwork:
         }
         needed = ("resistance_winding_housing", "resistance_housing_ambient", "ambient")
         raise_faults(range_faults("thermal network", self, ranges, required=needed))
+        for name, value in vars(self).items():  # kernels are compiled for floats
+            object.__setattr__(self, name, None if value is None else float(value))
 
     @property
     def winding_time_constant(self) -> float | None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.motor import Motor
-from drivetrain.drive.thermal.heat import checked_steps, nodes_of
+from drivetrain.drive.thermal.heat import checked_steps, nodes_of, with_samples_between
 from drivetrain.drive.thermal.periodic_heat import (
     GROWN_BEYOND,
     copper_of,
@@ -85,10 +85,11 @@ def warm_up(
     if amperes.size < 2:
         faults.append(Fault("current", "must be at least two samples of a cycle", amperes.tolist()))
     raise_faults(faults)
-    losses, ambient, copper = new_losses(amperes.size), network.ambient, copper_of(as_record(motor), network.ambient)
     loss = np.zeros(amperes.size) if housing_loss is None else housing_loss
     clock, loss = checked_array(time, amperes.shape, "time"), checked_array(loss, amperes.shape, "housing_loss")
     checked_steps(clock)
+    _, (clock, amperes, loss) = with_samples_between(network, (clock, amperes, loss), (slice(None),))
+    losses, ambient, copper = new_losses(amperes.size), network.ambient, copper_of(as_record(motor), network.ambient)
     rises = np.full((cycles + 1, 2), np.inf)
     rises[0] = checked_array((ambient,) * 2 if start is None else start, (2,), "start") - ambient
     cold, slope = float(copper.resistance), float(copper.slope)
