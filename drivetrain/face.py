@@ -3,8 +3,9 @@
 The ``__init__`` of a subpackage imports its public names for type checkers only. This list is read here, so that it is
 the only place that names them.
 
-Calls that succeed are not checked. If a call raises an error of Python, its arguments are compared with the function's
-annotations; if these agree, the error is internal and is raised unchanged.
+An array that a function takes may be whatever numpy converts to one, such as a list; its numbers must be finite.
+Otherwise calls that succeed are not checked. If a call raises an error of Python, its arguments are compared with the
+function's annotations; if these agree, the error is internal and is raised unchanged.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from enum import Enum
 from functools import cache, wraps
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from drivetrain.errors import DrivetrainError, Fault, InputError, nearest
 
@@ -68,7 +69,7 @@ class _Room(types.ModuleType):
 def guarded(found: Any, room: str) -> Any:
     """A public function or class whose calls report arguments of wrong names or types as ``InputError``."""
     if isinstance(found, types.FunctionType):
-        call = _guard(found)
+        call = _guard(found, takes_lists=True)
         call.__module__ = room  # so that it can be pickled for other processes
         return call
     if isinstance(found, type) and not issubclass(found, Exception | Enum | tuple):
@@ -86,20 +87,86 @@ def _guard_method(kind: type, name: str, method: Any) -> None:
         setattr(kind, name, call if function is method else type(method)(call))
 
 
-def _guard(function: Callable[..., Any]) -> Callable[..., Any]:
+def _guard(function: Callable[..., Any], *, takes_lists: bool = False) -> Callable[..., Any]:
+    """A function whose wrong arguments are reported; ``takes_lists``: its arrays are converted, and must be finite."""
+
     @wraps(function)
     def call(*args: Any, **named: Any) -> Any:
         try:
-            return function(*args, **named)
+            given, options = _with_arrays(function, args, named) if takes_lists else (args, named)
+            return function(*given, **options)
         except DrivetrainError:
             raise
         except (TypeError, AttributeError, ValueError, LookupError) as error:
-            faults = misused(function, args, named)
+            faults = misused(function, args, named) or _unequal(function, args, named)
             if not faults:
                 raise
             raise InputError(faults) from error
 
     return call
+
+
+@cache
+def _arrays_of(function: Callable[..., Any]) -> dict[str, tuple[int, Any]]:
+    """Place and type of each parameter of a function that is annotated as an array, by name."""
+    try:
+        hints = get_type_hints(function)
+    except NameError:  # a name that is only imported for type checkers
+        return {}
+    listed = enumerate(inspect.signature(function).parameters)
+    return {name: (at, hints[name]) for at, name in listed if name in hints and _holds_array(hints[name])}
+
+
+def _holds_array(hint: Any) -> bool:
+    inner = hint.__constraints__ if isinstance(hint, TypeVar) else ()
+    inner = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else inner
+    kind = get_origin(hint) or hint
+    return any(map(_holds_array, inner)) or (isinstance(kind, type) and kind.__module__.partition(".")[0] == "numpy")
+
+
+def _with_arrays(
+    function: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]
+) -> tuple[list[Any], dict[str, Any]]:
+    """The arguments of a call with arrays in place of lists and the like; raises InputError for what is no numbers."""
+    import numpy as np
+
+    values, options, faults, called = list(args), dict(named), [], function.__qualname__
+    for name, (at, hint) in _arrays_of(function).items():
+        holder: Any = values if at < len(values) else options
+        key: Any = at if at < len(values) else name
+        if holder is options and name not in options:
+            continue
+        given = holder[key]
+        if given is None and _is(None, hint):
+            continue
+        try:
+            real = not (given is None or isinstance(given, str) or np.iscomplexobj(given))
+            array = np.asarray(given, dtype=np.float64) if real else None
+        except (TypeError, ValueError, OverflowError):
+            array = None
+        if array is None:
+            faults.append(Fault(f"{called}({name}=)", f"must be {_described(hint)}", _kind(given)))
+        elif not np.isfinite(array).all():
+            faults.append(Fault(f"{called}({name}=)", "must be finite numbers"))
+        elif array.ndim and not isinstance(given, np.ndarray):
+            holder[key] = np.asarray(given)
+    if faults:
+        raise InputError(faults)
+    return values, options
+
+
+def _unequal(function: Callable[..., Any], args: Sequence[Any], named: dict[str, Any]) -> list[Fault]:
+    """A fault if the arrays of a call have shapes that do not go together; empty if they do."""
+    import numpy as np
+
+    given = dict(zip(inspect.signature(function).parameters, args, strict=False)) | named
+    shapes = {name: np.shape(given[name]) for name in _arrays_of(function) if given.get(name) is not None}
+    try:
+        np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        found = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        return [Fault(f"{function.__qualname__}()", "its arrays must have one shape", found)]
+    return []
 
 
 def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]) -> list[Fault]:
@@ -136,14 +203,15 @@ def misused(function: Callable[..., Any], args: tuple[Any, ...], named: dict[str
 def _is(value: Any, hint: Any) -> bool:
     """Whether a value has an annotated type, as far as that can be checked."""
     origin, inner = get_origin(hint), get_args(hint)
-    if origin in (Union, types.UnionType):
-        return any(_is(value, one) for one in inner)
+    inner = getattr(hint, "__constraints__", ()) or inner
+    if origin in (Union, types.UnionType) or isinstance(hint, TypeVar):
+        return not inner or any(_is(value, one) for one in inner)
     if origin is Literal:
         return value in inner
     if hint is None or hint is types.NoneType:
         return value is None
     if hint is float:
-        return isinstance(value, float | int) or hasattr(value, "__float__")
+        return isinstance(value, float | int) or (hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0)
     if hint is int:
         return hasattr(value, "__index__")
     kind = origin or hint
@@ -153,6 +221,8 @@ def _is(value: Any, hint: Any) -> bool:
         return True
     if kind in (Sequence, Iterable) and isinstance(value, str):
         return False
+    if kind in (Sequence, Iterable) and isinstance(value, list | tuple) and inner:
+        return all(_is(one, inner[0]) for one in value)
     return isinstance(value, kind)
 
 
@@ -174,6 +244,8 @@ def _described(hint: Any) -> str:
         return " or ".join(repr(one) for one in inner)
     if hint is types.NoneType:
         return "None"
+    if isinstance(hint, TypeVar):
+        return " or ".join(_described(one) for one in hint.__constraints__)
     name = getattr(get_origin(hint) or hint, "__name__", str(hint))
     return {"str": "a text", "float": "a number", "int": "a whole number", "ndarray": "an array of numbers"}.get(
         name, f"of kind {name}"

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import math
 import pickle
+from dataclasses import replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import drivetrain as dt
@@ -88,6 +91,79 @@ def test_the_message_names_the_argument_and_what_it_may_be() -> None:
         dt.load_arm("ur5", tipp="x")  # type: ignore[call-arg]
     with pytest.raises(dt.InputError, match="missing a required argument: 'source'"):
         dt.load_arm()  # type: ignore[call-arg]
+
+
+LAW_MOTOR = dt.Motor("m", 0.5, 0.05, rotor_inertia=1e-5, inductance=1e-3, no_load_current=0.1, magnet_coefficient=-1e-3)
+LAW_GEAR = dt.Gear("g", 50.0, kind="planetary", efficiency=0.8, stiffness_1=1e4, inertia=1e-6)
+LAW_FRICTION = dt.Friction(coulomb=0.2, viscous=0.01)
+LAW_DRIVE = dt.Drive(LAW_MOTOR, LAW_GEAR, LAW_FRICTION)
+FIRST, SECOND, THIRD = [3.0, -4.0, 5.0], [1.0, 2.0, -1.0], [0.5, 0.0, 2.0]
+LAWS: list[tuple[str, tuple[Any, ...]]] = [
+    ("average_torque", (3.0, FIRST, SECOND, [1.0, 2.0, 3.0])),
+    ("book_current", (LAW_DRIVE, FIRST, SECOND, THIRD, 40.0)),
+    ("breakaway_torque", (LAW_FRICTION, FIRST)),
+    ("counterbalance_torque", ([dt.Counterbalance(torque=3.0)], FIRST)),
+    ("friction_torque", (LAW_FRICTION, FIRST)),
+    ("from_dc", (FIRST, "rms")),
+    ("to_dc", (FIRST, "peak")),
+    ("mesh_input_torque", (LAW_GEAR, FIRST, SECOND)),
+    ("motor_torque", (LAW_DRIVE, FIRST, SECOND, THIRD, THIRD)),
+    ("standstill_interval", (LAW_GEAR, FIRST)),
+    ("tangent_stiffness", (LAW_GEAR, FIRST)),
+    ("terminal_voltage", (LAW_MOTOR, FIRST, SECOND, THIRD, FIRST, SECOND)),
+    ("torque_constant", (LAW_MOTOR, FIRST)),
+    ("torque_limits", (LAW_MOTOR, FIRST, 48.0, 9.0, 80.0, 60.0)),
+    ("wind_up", (LAW_GEAR, FIRST)),
+    ("winding_resistance", (LAW_MOTOR, FIRST)),
+]
+
+
+@pytest.mark.parametrize(("name", "args"), LAWS, ids=[name for name, _ in LAWS])
+def test_laws_take_whatever_is_an_array_of_finite_numbers(name: str, args: tuple[Any, ...]) -> None:
+    called = getattr(dt, name)
+    lists = [at for at, value in enumerate(args) if isinstance(value, list) and isinstance(value[0], float)]
+
+    def result(change: Any) -> Any:
+        found = called(*(change(value) if at in lists else value for at, value in enumerate(args)))
+        return np.array([found[k] for k in range(len(found))] if isinstance(found, tuple) else found)
+
+    for change in (list, tuple, pd.Series):
+        if name != "motor_torque":
+            np.testing.assert_array_equal(result(change), result(np.array))
+    for at in lists:
+        one = list(inspect.signature(called).parameters)[at]
+        for wrong in ([1.0, math.nan, 2.0], math.inf, None, "x", [1j]):
+            with pytest.raises(dt.InputError, match=rf"{name}\({one}=\): must be"):
+                called(*args[:at], wrong, *args[at + 1 :])
+        if len(lists) > 1:
+            with pytest.raises(dt.InputError, match="shape"):
+                called(*args[:at], np.ones(2), *args[at + 1 :])
+    if name == "motor_torque":
+        total = [called(*(change(value) if at in lists else value for at, value in enumerate(args))).total
+                 for change in (list, pd.Series, np.array)]  # fmt: skip
+        np.testing.assert_array_equal(total[0], total[2])
+        np.testing.assert_array_equal(total[1], total[2])
+
+
+def test_laws_name_numbers_out_of_their_range() -> None:
+    amplifier = dt.Amplifier(peak_current=10.0, continuous_current=5.0)
+    for voltage, hot in ((-48.0, 60.0), (math.nan, 60.0), (48.0, 2000.0), (48.0, math.nan)):
+        with pytest.raises(dt.InputError, match=r"supply_voltage|magnet_temperature"):
+            dt.operating_region(LAW_MOTOR, amplifier, voltage, 80.0, hot)
+    with pytest.raises(dt.InputError, match="continuous_current: must be at least 0"):
+        dt.continuous_region(LAW_MOTOR, amplifier, 48.0, -1.0, 80.0, 60.0)
+    with pytest.raises(dt.InputError, match=r"weights: must be at least 0 \[s\]"):
+        dt.average_torque(3.0, np.ones(2), np.ones(2), np.array([1.0, -1.0]))
+    with pytest.raises(dt.InputError, match="exponent: must be above 0"):
+        dt.average_torque(0.0, np.ones(2), np.ones(2), np.ones(2))
+    with pytest.raises(dt.InputError, match="average_input_speed: must be at least 0"):
+        dt.gear_life(LAW_GEAR, 10.0, -5.0)
+    with pytest.raises(dt.InputError, match="duration: must be at least 0"):
+        dt.momentary_peak_count(LAW_GEAR, 10.0, -5.0)
+    with pytest.raises(dt.InputError, match=r"continuous_current\(ambient=\): must be a number"):
+        dt.continuous_current(replace(LAW_MOTOR, nominal_current=3.0, max_winding_temperature=99.0), np.zeros(2))  # type: ignore[arg-type]
+    with pytest.raises(dt.InputError, match=r"combined\(bodies=\): must be of kind Iterable"):
+        dt.combined([1, 2])  # type: ignore[list-item]
 
 
 def test_faults_of_the_program_stay_what_they_are(monkeypatch: pytest.MonkeyPatch) -> None:

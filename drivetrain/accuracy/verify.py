@@ -52,9 +52,10 @@ def verified(
             detail = f"a run with {run.about['solver']} stops at {run.stopped_by.time:.6g} s: {run.stopped_by.detail}"
             return replace(recording, events=(*recording.events, Event(float(recording.time[-1]), "verify", detail)))
         runs.append(run)
-    here, there = (_quantities(decision(one, scene, basis)) for one in runs)
+    first, finer = runs
+    here, there = _quantities(decision(first, scene, basis)), _quantities(decision(finer, scene, basis))
     values = {name: (here.get(name, math.nan), there.get(name, math.nan)) for name in here | there}
-    return replace(recording, verified=values, events=(*recording.events, *_changed(*runs, scene, values)))
+    return replace(recording, verified=values, events=(*recording.events, *_changed(first, finer, scene, values)))
 
 
 def scaled(progress: Progress | None, done: float, share: float) -> Progress | None:

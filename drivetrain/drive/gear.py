@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_array, checked_number, checked_numbers
 from drivetrain.drive.friction import direction, side
 from drivetrain.drive.ranges import EFFICIENCY, FINITE, NOT_NEGATIVE, POSITIVE, Range, range_faults
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
@@ -489,9 +489,17 @@ def average_torque(exponent: float, torque: Array, speed: Array, weights: Array)
     Returns:
         Average torque [N m]; 0 if nothing turns.
 
+    Raises:
+        InputError: An exponent that is not positive, negative durations, or arrays of different lengths.
+
     Reference:
         ``(sum |n T^e| t / sum |n| t)^(1/e)``, Harmonic Drive catalogue SHG, p. 30.
     """
+    checked_number(exponent, "exponent", "-", above=0.0)
+    torque = checked_array(torque, (None,), "torque")
+    speed, weights = (checked_array(one, torque.shape, name) for name, one in (("speed", speed), ("weights", weights)))
+    if (weights < 0.0).any():
+        raise InputError(Fault("weights", "must be at least 0 [s]", float(weights.min())))
     travel = np.abs(speed) * weights
     total = float(np.sum(travel))
     return float((travel @ wear(torque, exponent) / total) ** (1.0 / exponent)) if total > 0.0 else 0.0
@@ -508,9 +516,14 @@ def gear_life(gear: Gear, average_torque: float, average_input_speed: float) -> 
     Returns:
         Life [s]; infinite without speed or load; None if rated life, torque or speed is not given.
 
+    Raises:
+        InputError: A torque or speed that is negative or no finite number.
+
     Reference:
         L = L_rated (n_rated / n_average) (T_rated / T_average)^e, Harmonic Drive catalogues HFUS-2A p. 19, SHG p. 30.
     """
+    named = {"average_torque": (average_torque, "N m"), "average_input_speed": (average_input_speed, "rad/s")}
+    average_torque, average_input_speed = checked_numbers(named, least=0.0)
     if gear.rated_life is None or gear.rated_speed is None or gear.continuous_torque is None:
         return None
     if average_torque == 0.0 or average_input_speed == 0.0:
@@ -529,11 +542,16 @@ def momentary_peak_count(gear: Gear, output_speed: float, duration: float) -> fl
     Returns:
         Allowed number of peaks; infinite at rest.
 
+    Raises:
+        InputError: A duration that is negative, or values that are no finite numbers.
+
     Reference:
         10^4 / (2 (n/60) i t), two waves of the flexspline a turn; Harmonic Drive catalogue SHG, p. 30.
     """
+    speed = checked_number(output_speed, "output_speed", "rad/s")
+    travel = speed * checked_number(duration, "duration", "s", least=0.0)
     waves = MOMENTARY_WAVES if gear.momentary_waves is None else gear.momentary_waves
-    return float(permitted_peaks(waves, gear.ratio, output_speed * duration))
+    return float(permitted_peaks(waves, gear.ratio, travel))
 
 
 # Drag of a gear over speed and temperature, in addition to the loss of its mesh.

@@ -381,7 +381,7 @@ def exact_current_step(
         raise InputError(Fault("winding_temperature", "leaves the winding no resistance", resistance))
     start, volts, turning = (np.asarray(value, dtype=np.float64) for value in given.values())
     missing = volts - constant * turning - resistance * start
-    end, mean = current_reach(resistance, motor.inductance or 0.0, step)
+    end, mean = current_reach(resistance, motor.inductance or 0.0, float(step))
     return CurrentStep(np.asarray(start + end * missing), np.asarray(start + mean * missing))
 
 

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_number, checked_numbers
 from drivetrain.drive.amplifier import Amplifier, available_voltage
 from drivetrain.drive.motor import Motor, has_friction_data, torque_constant, winding_resistance
+from drivetrain.errors import Fault, InputError
 from drivetrain.jit import law
 from drivetrain.records import UNKNOWN, as_record, known, known_or
 
@@ -290,9 +291,13 @@ def operating_region(
     Returns:
         Corners (speed [rad/s], torque [N m]) counter-clockwise, the first repeated at the end, (M, 2).
 
+    Raises:
+        InputError: A supply voltage that is not positive, or a temperature that leaves the magnets no torque constant.
+
     Reference:
         Lynch and Park, Modern Robotics (2017), figure 8.10.
     """
+    supply_voltage = checked_number(supply_voltage, "supply_voltage", "V", above=0.0)
     voltage = available_voltage(amplifier, supply_voltage)
     limit = peak_current(motor, amplifier).value
     if limit is None:
@@ -323,7 +328,12 @@ def continuous_region(
 
     Returns:
         Corners (speed [rad/s], torque [N m]) counter-clockwise, the first repeated at the end, (M, 2).
+
+    Raises:
+        InputError: As for ``operating_region``, or a negative current.
     """
+    supply_voltage = checked_number(supply_voltage, "supply_voltage", "V", above=0.0)
+    continuous_current = checked_number(continuous_current, "continuous_current", "A", least=0.0)
     limit = min(continuous_current, amplifier.continuous_current or math.inf)
     torque = torque_constant(motor, magnet_temperature) * limit
     voltage = available_voltage(amplifier, supply_voltage)
@@ -334,7 +344,12 @@ def _region(
     motor: Motor, voltage: float, torque: float, winding_temperature: float, magnet_temperature: float
 ) -> Array:
     """The polygon within a torque limit, a speed limit, and both signs of the voltage limit."""
+    checked_numbers(
+        {"winding_temperature": (winding_temperature, "C"), "magnet_temperature": (magnet_temperature, "C")}
+    )
     constant = torque_constant(motor, magnet_temperature)
+    if not constant > 0.0:
+        raise InputError(Fault("magnet_temperature", "leaves the magnets no torque constant", magnet_temperature))
     slope = winding_resistance(motor, winding_temperature) / constant  # [V/(N m)]
     speed = (voltage + slope * torque) / constant
     if motor.max_speed is not None:

@@ -52,6 +52,13 @@ if TYPE_CHECKING:
     )
     from drivetrain.dynamics.mass import mass_matrix
     from drivetrain.dynamics.regressor import parameter_names, torque_parameters, torque_regressor
-    from drivetrain.dynamics.task_space import task_space_dynamics
+    from drivetrain.dynamics.task_space import (
+        BodyTwist,
+        Damped,
+        Reduced,
+        SpaceTwist,
+        TipVelocity,
+        task_space_dynamics,
+    )
 
 __getattr__, __dir__ = shown(__name__)

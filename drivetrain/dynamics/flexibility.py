@@ -200,13 +200,15 @@ def _checked_input(arm: Arm, q: Any, stiffness: Any) -> tuple[Array, Array, NDAr
     if not (springs > 0.0).all():
         problem = "must be positive [N m/rad or N/m]; infinite where rigid"
         raise InputError(Fault("stiffness", problem, float(given.min())))
-    sprung = np.isfinite(springs)
-    if (springs[sprung] > LARGEST).any():
+    finite = given[np.isfinite(given)]
+    if (finite > LARGEST).any():
         hint = "infinite means that the joint is rigid"
-        raise InputError(Fault("stiffness", "is too large to calculate with", float(springs[sprung].max()), hint))
-    if (sprung.any(axis=0) != sprung.all(axis=0)).any():
-        joint = int(np.argmax(sprung.any(axis=0) != sprung.all(axis=0)))
-        raise InputError(Fault(f"stiffness of {arm.joint_names[joint]}", "must be finite in every sample or in none"))
+        raise InputError(Fault("stiffness", "is too large to calculate with", float(finite.max()), hint))
+    sprung = np.isfinite(given.reshape(-1, arm.n))
+    changing = (sprung != sprung[:1]).any(axis=0)
+    if changing.any():
+        joint = arm.joint_names[int(np.argmax(changing))]
+        raise InputError(Fault(f"stiffness of {joint}", "must be finite in every sample or in none"))
     return positions, springs, np.asarray(sprung.all(axis=0))
 
 

@@ -71,7 +71,11 @@ class Task(ABC):
 
 @dataclass(frozen=True)
 class BodyTwist(Task):
-    """The twist of the tip in the tip's frame."""
+    """The twist of the tip in the tip's frame.
+
+    Attributes:
+        rows: Rows of the twist that are the task (angular 0 to 2 [rad/s], linear 3 to 5 [m/s]).
+    """
 
     def _whole(self, arm: Arm, q: Array) -> Array:
         return body_jacobian(arm, q)
@@ -82,7 +86,11 @@ class BodyTwist(Task):
 
 @dataclass(frozen=True)
 class SpaceTwist(Task):
-    """The twist of the tip in the base frame; the linear part is the velocity of its point at the base's origin."""
+    """The twist of the tip in the base frame; the linear part is the velocity of its point at the base's origin.
+
+    Attributes:
+        rows: Rows of the twist that are the task (angular 0 to 2 [rad/s], linear 3 to 5 [m/s]).
+    """
 
     def _whole(self, arm: Arm, q: Array) -> Array:
         return space_jacobian(arm, q)
@@ -93,7 +101,11 @@ class SpaceTwist(Task):
 
 @dataclass(frozen=True)
 class TipVelocity(Task):
-    """Angular velocity of the tip, and velocity of its origin, both in the base's axes."""
+    """Angular velocity of the tip, and velocity of its origin, both in the base's axes.
+
+    Attributes:
+        rows: Rows of the twist that are the task (angular 0 to 2 [rad/s], linear 3 to 5 [m/s]).
+    """
 
     def _whole(self, arm: Arm, q: Array) -> Array:
         return tip_jacobian(arm, q)
@@ -124,6 +136,9 @@ class NearSingular(ABC):
 class Damped(NearSingular):
     """``1/(s^2 + d)``, with d growing smoothly from zero when the smallest s falls below the threshold.
 
+    Attributes:
+        threshold: Smallest singular value that counts as regular, as a share of the largest [-].
+
     Reference: Chiaverini, Siciliano, Egeland, IEEE Trans. Control Systems Technology 2 (1994) 123-134.
     """
 
@@ -135,7 +150,11 @@ class Damped(NearSingular):
 
 @dataclass(frozen=True)
 class Reduced(NearSingular):
-    """``1/s^2`` along regular directions and 0 along the others, which are removed from the task."""
+    """``1/s^2`` along regular directions and 0 along the others, which are removed from the task.
+
+    Attributes:
+        threshold: Smallest singular value that counts as regular, as a share of the largest [-].
+    """
 
     def inverse_squares(self, values: Array) -> tuple[Array, Array]:
         regular = values > self.threshold * values[:, :1]
@@ -175,8 +194,8 @@ def task_space_dynamics(
     Args:
         arm: With rotors or without.
         q, qd: Positions and speeds [rad or m, and per s], (n,) or (N, n).
-        task: Twist of the tip, and its rows.
-        near_singular: Treatment of singularities.
+        task: Twist of the tip, and its rows: ``BodyTwist``, ``SpaceTwist`` or ``TipVelocity``.
+        near_singular: Treatment of singularities: ``Damped`` or ``Reduced``.
 
     Returns:
         The terms, with the treatment near a singularity.

@@ -10,6 +10,6 @@ if TYPE_CHECKING:
     from drivetrain.export.limits import write_drive_urdf, write_physx, write_ros2
     from drivetrain.export.mjcf import write_mjcf
     from drivetrain.export.sdf import write_sdf
-    from drivetrain.export.urdf import write_urdf
+    from drivetrain.export.urdf import UrdfJointData, write_urdf
 
 __getattr__, __dir__ = shown(__name__)

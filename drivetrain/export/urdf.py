@@ -30,11 +30,17 @@ from drivetrain.whole_files import write_text
 
 @dataclass(frozen=True, eq=False)
 class UrdfJointData:
-    """Joint data of a URDF that an arm does not contain; None: unknown, which is written as no limit."""
+    """Joint data of a URDF that an arm does not contain; None: unknown, which is written as no limit.
 
-    effort: Any = None  # largest torque or force [N m or N], (n,)
-    damping: Any = None  # viscous friction [N m s/rad or N s/m], (n,)
-    friction: Any = None  # Coulomb friction [N m or N], (n,)
+    Attributes:
+        effort: Largest torque or force [N m or N], (n,).
+        damping: Viscous friction [N m s/rad or N s/m], (n,).
+        friction: Coulomb friction [N m or N], (n,).
+    """
+
+    effort: Any = None
+    damping: Any = None
+    friction: Any = None
 
 
 NO_DATA = UrdfJointData()

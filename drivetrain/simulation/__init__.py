@@ -13,6 +13,6 @@ if TYPE_CHECKING:
     from drivetrain.simulation.planning.plan import Plan, plan
     from drivetrain.simulation.recording import Recording, load_recording
     from drivetrain.simulation.scene import Inertia, Scene, joint_scene, without
-    from drivetrain.simulation.study_scene import scene_of, with_feed_forward
+    from drivetrain.simulation.study_scene import SceneOptions, scene_of, with_feed_forward
 
 __getattr__, __dir__ = shown(__name__)

@@ -101,17 +101,24 @@ def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """Options for the scene of a study."""
+    """Options for the scene of a study.
 
-    bandwidth: float = 40.0  # natural frequency of the critically damped position loops [rad/s]
-    feed_forward: bool = True  # whether the currents that the command requires are fed forward
-    # whether the scene contains these effects
+    Attributes:
+        bandwidth: Natural frequency of the critically damped position loops [rad/s].
+        feed_forward: Whether the currents that the command requires are fed forward.
+        friction, mesh, heat, springs: Whether the scene contains these effects.
+        damping: Damping ratio of the springs [-].
+        repetitions: How often the cycle is run [-].
+    """
+
+    bandwidth: float = 40.0
+    feed_forward: bool = True
     friction: bool = True
     mesh: bool = True
     heat: bool = True
     springs: bool = False
-    damping: float = 0.02  # damping ratio of the springs [-]
-    repetitions: int = 1  # how often the cycle is run
+    damping: float = 0.02
+    repetitions: int = 1
 
 
 DEFAULT_OPTIONS = SceneOptions()

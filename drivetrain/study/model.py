@@ -145,7 +145,7 @@ class FreeRatio:
     """Hypothetical gears of any ratio in a range, for early design: ideal gears, or scaled rows of a catalogue series.
 
     Attributes:
-        low, high: Smallest and largest ratio.
+        low, high: Smallest and largest ratio [-].
         series: Series of the catalogue whose rows are scaled to the ratio; None: ideal gears.
         motor: Key of the motor; None: the motor of the joint's drive.
     """

@@ -321,7 +321,8 @@ def test_one_node_heats_as_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "current"), [([0.0, 2.0, 1.0], [1.0, 1.0, 1.0]), ([1.0, 1.0], [1.0, 1.0]), ([0.0, 1.0], [1.0] * 3)]
+    ("time", "current"),
+    [([0.0, 2.0, 1.0], [1.0, 1.0, 1.0]), ([1.0, 1.0], [1.0, 1.0]), ([0.0, 1.0], [1.0] * 3), ([], [])],
 )
 def test_impossible_cycles_are_refused(time: list[float], current: list[float]) -> None:
     with pytest.raises(InputError, match="time"):

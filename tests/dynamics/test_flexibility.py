@@ -269,3 +269,12 @@ def test_bad_input() -> None:
         free_frequencies(pendulum(0.8, Rotor(100.0, 0.0)), [0.0], [1e3])
     with pytest.raises(InputError, match=r"beams\[1\]"):
         tip_compliance(arm, [0.0], [1e3], beams={1: Beam(SECTION, np.zeros(3), np.ones(3))})
+
+
+def test_no_sample_has_frequencies_of_the_elastic_joints_alone() -> None:
+    arm = load_arm("planar-2r")
+    none = np.zeros((0, 2))
+    assert locked_frequencies(arm, none, [1e4, 1e4]).shape == (0, 2)
+    assert locked_frequencies(arm, none, [1e4, np.inf]).shape == (0, 1)
+    assert locked_frequencies(arm, none, none).shape == (0, 2)
+    assert tip_compliance(arm, none, [1e4, np.inf]).shape == (0, 6, 6)

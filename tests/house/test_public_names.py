@@ -46,6 +46,20 @@ def test_what_dt_shows_is_the_fixed_face_and_little_more() -> None:
     assert set(dir(dt)) <= set(dt.__all__) and len(dir(dt)) < 75
 
 
+def test_objects_that_an_argument_takes_by_default_are_public() -> None:
+    hidden = {
+        f"{name}({one.name}=)": type(one.default).__name__
+        for name in dt.__all__
+        if inspect.isfunction(getattr(dt, name))
+        for one in inspect.signature(getattr(dt, name)).parameters.values()
+        if type(one.default).__module__.startswith("drivetrain.") and not isinstance(one.default, str)
+        if not hasattr(dt, type(one.default).__name__)
+    }
+    assert hidden == {}
+    assert dt.task_space_dynamics(dt.load_arm("ur5"), [0.1] * 6, [0.0] * 6, task=dt.SpaceTwist((3, 4))).rank == 2
+    assert dt.FreeRatio(20.0, 200.0).series is None  # of ``free_ratios(free=)``
+
+
 def test_type_checkers_see_every_room() -> None:
     (block,) = [
         node for node in ast.parse(Path(dt.__file__).read_text(encoding="utf-8")).body if isinstance(node, ast.If)

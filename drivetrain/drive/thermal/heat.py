@@ -167,13 +167,13 @@ def _solved(
     """The periodic state of a mix, for a torque or a current."""
     time = checked_array(time, (values.size,), "time")
     loss = np.zeros_like(values) if housing_loss is None else checked_array(housing_loss, time.shape, "housing_loss")
+    if not values.size:
+        raise InputError(Fault("time", "must have at least one sample", time))
     for part in mix.parts:
         checked_steps(time[part])
-    given, current = slice(None), values
-    if values.size > 1:
-        given, (time, values, loss) = with_samples_between(network, (time, values, loss), mix.parts)
-        parts = tuple(slice(int(given[part][0]), int(given[part][-1]) + 1) for part in mix.parts)
-        mix = mix._replace(parts=parts)
+    current = values
+    given, (time, values, loss) = with_samples_between(network, (time, values, loss), mix.parts)
+    mix = mix._replace(parts=[slice(given[part][0], given[part][-1] + 1) for part in mix.parts])
     losses, ambient, single = new_losses(values.size), network.ambient, len(mix.parts) == 1
     heat = _heat(
         nodes_of(network), copper, periods_of(time, mix.parts, mix.shares), losses, new_parts(len(mix.parts)), ambient,
