@@ -100,7 +100,7 @@ def _result(found: Identification) -> Section:
         "joint", "measured, RMS", "RMS error of the given model", "RMS error of the identified model", "unit",
         "correlation with the identified model",
     )  # fmt: skip
-    shares = _rows(found.contributions)
+    shares = _rows(found.contributions.round(9))  # friction that was found to be none is 1e-100
     causes = tuple(
         (name, *(number(value, 4) for value in shares[name].values()), _unit(found, i)) for i, name in enumerate(names)
     )

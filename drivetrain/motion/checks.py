@@ -31,8 +31,8 @@ MISMATCH_WARNING = 0.03  # the same ratio, above which there is a warning
 PLAUSIBLE_ANGLE = 4.0 * math.pi  # [rad] joints of arms seldom make more than two turns either way
 PLAUSIBLE_SPEED = 30.0  # [rad/s] joints of arms seldom turn faster than 290 rpm
 SMALL_IN_DEGREES = 2.0 * math.pi  # a file in degrees with no larger value may be in radians
-# Steps [s] and length [s] from which a sampled motion is implausibly slow: one in milliseconds at 1 kHz, over 2 s.
-SLOW_STEP, LONG = 1.0, 2000.0
+# Steps [s] and length [s] from which a sampled motion is implausibly slow: one in milliseconds at 1 kHz, over 1 s.
+SLOW_STEP, LONG = 1.0, 1000.0
 ALIKE = 0.99  # correlation of values and integrated rates that differ by a factor only
 KNOWN_MISTAKES = (  # ratios of values to integrated rates that point to a known mistake
     (math.pi / 180.0, "the rates look like degrees, not radians"),

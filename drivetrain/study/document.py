@@ -98,7 +98,9 @@ def _content(file: Path) -> bytes:
         content = read_bytes(file, _LARGEST)
         content.decode("utf-8")
     except FileNotFoundError:
-        raise InputError(Fault("the study file", "does not exist", str(file), "drivetrain init writes one")) from None
+        close = nearest(file.name, [one.name for one in file.parent.glob("*.y*ml")])
+        hint = close if close.startswith("did you mean") else "drivetrain init writes one"
+        raise InputError(Fault("the study file", "does not exist", str(file), hint)) from None
     except IsADirectoryError:
         inside = sorted(one.name for one in file.glob("*.y*ml"))[:_MOST_NAMED]
         hint = f"it holds {', '.join(inside)}" if inside else "drivetrain init writes a study"

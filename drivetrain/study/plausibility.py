@@ -32,6 +32,7 @@ DENSEST, LIGHTEST = 1e8, 1e-3
 CARRIED = 20.0  # payload mass over the mass of all links: robots carry about their own mass at most
 TRAVELLED = 50.0  # [m] travel of a prismatic joint, longer than any gantry
 AMBIENT = (-90.0, 150.0)  # [C] from the coldest place on earth to the hottest ambient of motors
+VOLTAGE = (2.0, 2000.0)  # [V] supplies of motors
 SPEED = 50.0  # [rad/s] joint speed; joints of arms stay below 30
 DEGREES = (40.0, 720.0)  # whole numbers in between are limits of a joint in degrees; multiples of a turn are not whole
 
@@ -61,10 +62,14 @@ def note_implausible(
 
 
 def _check_factors(form: StudyForm, ledger: Ledger) -> None:
-    """Safety factors below 1, which reduce the load, a peak current below the continuous one, and the ambient."""
+    """Safety factors below 1, which reduce the load, a peak current below the continuous one, ambient and supply."""
     if not AMBIENT[0] <= form.ambient <= AMBIENT[1]:
         hint = "was °C meant?" if form.ambient < AMBIENT[0] else "was K meant?"
         ledger.warning(("ambient",), f"is {form.ambient:.4g} °C, where no arm works", hint=hint)
+    volts = form.supply.voltage
+    if not VOLTAGE[0] <= volts <= VOLTAGE[1]:
+        meant = 1e3 * volts if volts < VOLTAGE[0] else 1e-3 * volts
+        ledger.warning(("supply", "voltage"), f"is {volts:.4g} V, which no motor has", hint=f"was {meant:.4g} V meant?")
     for name in ("peak_torque", "rms", "speed", "voltage", "bearing_static_safety", "bearing_load_factor", "brake"):
         factor = getattr(form.safety, name)
         if factor < 1.0:

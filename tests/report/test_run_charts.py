@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -53,3 +55,12 @@ def test_a_slide_beside_a_turning_joint_has_its_own_unit():
     assert ends["position [mm]"] == pytest.approx(100.0) and ends["position [°]"] == pytest.approx(20.0)
     assert ends["position error [mm]"] == pytest.approx(2.0) and "position error [mrad]" in ends
     assert told["position [mm]"][1] == "Positions of lift." and len({mark.colour for mark, _ in told.values()}) == 2
+
+
+@pytest.mark.parametrize(("rise", "ends"), [(0.02, (79.51, 80.51)), (5.0, ())])
+def test_a_steady_temperature_is_not_magnified(rise, ends):
+    whole = run(0.0)
+    series = {**whole.series, "a.winding_temperature": Series("C", 80.0 + rise * TIME)}
+    warm = replace(whole, series=series, kept={"state": TIME})
+    chart = next(chart for chart, _ in run_charts(warm, ["a"], {}) if chart.y == "winding [°C]")
+    assert chart.y_range == pytest.approx(ends)

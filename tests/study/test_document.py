@@ -65,6 +65,8 @@ def test_what_is_no_study_file_is_told_with_its_line(tmp_path: Path, text: str, 
 def test_a_missing_file_and_bytes_that_are_no_text_are_told(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not exist"):
         read_document(tmp_path / "absent.yaml")
+    with pytest.raises(InputError, match=r"did you mean 'study\.yaml'"):
+        read_document(write(tmp_path, "").with_suffix(".yml"))
     (tmp_path / "latin.yaml").write_bytes("name: Größe\n".encode("latin-1"))
     with pytest.raises(InputError, match="UTF-8"):
         read_document(tmp_path / "latin.yaml")

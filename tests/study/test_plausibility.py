@@ -68,6 +68,8 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
         ),
         ({"ambient": "30 K"}, ["ambient", "-243.1 °C", "was °C meant?"]),
         ({"ambient": "298 °C"}, ["ambient", "298 °C", "was K meant?"]),
+        ({"supply": {"voltage": "320 mV"}}, ["supply.voltage", "0.32 V", "was 320 V meant?"]),
+        ({"supply": {"voltage": "48 kV"}}, ["supply.voltage", "4.8e+04 V", "was 48 V meant?"]),
         (
             {"joints.default": {"candidates": {"motors": {"mass": ["5 kg", None]}}}},
             [

@@ -147,8 +147,7 @@ def colour_of(found: OptimumCurve, piece: CurvePiece) -> str:
 
 def _end_marks(found: OptimumCurve) -> list[Mark]:
     return [
-        Mark("rule", x=[before.high], colour=VERMILLION,
-             label=f"no set fits: {before.high_ends_by if before.drives else after.low_ends_by}")
+        Mark("rule", x=[before.high], colour=VERMILLION, label="no set fits")
         for before, after in itertools.pairwise(found.pieces) if bool(before.drives) != bool(after.drives)
     ]  # fmt: skip
 

@@ -37,6 +37,7 @@ FRICTION = {
 SHOWN = ("peak current", "RMS current", "RMS torque", "winding temperature", "tip")
 COLOURS = (BLUE, ORANGE, GREEN, VERMILLION, "muted")
 LEAST = 1e-5  # share below which a change is not drawn
+LEAST_HEATING = 1.0  # smallest span of a temperature axis [K]
 
 
 def bode_charts(joint: str, design: LoopDesign, light: LoopDesign | None = None) -> tuple[Chart, Chart]:
@@ -134,11 +135,19 @@ def run_charts(
             drawn.append((chart, _limits_text(what, si, series[what], limits)))
     if recording.kept:
         if series["winding_temperature"]:
-            drawn.append((_lines(recording, series["winding_temperature"], "winding", "C"), "Winding temperatures."))
+            heat = _lines(recording, series["winding_temperature"], "winding", "C")
+            drawn.append((replace(heat, y_range=_at_least(LEAST_HEATING, heat)), "Winding temperatures."))
         drawn.append((friction_chart(recording, joints), "Friction: where a joint sticks, breaks away or reverses."))
         caption = "Energy put in (electrical), lost and stored; what is not accounted for."
         drawn += captioned(energy_charts(recording), caption)
     return tuple(drawn)
+
+
+def _at_least(span: float, chart: Chart) -> tuple[float, ...]:
+    """Ends of the vertical axis for curves that change by less than ``span``; empty: those of the curves."""
+    values = np.concatenate([mark.y for mark in chart.marks])
+    middle = 0.5 * float(values.min() + values.max())
+    return (middle - 0.5 * span, middle + 0.5 * span) if np.ptp(values) < span else ()
 
 
 def _limits_text(what: str, unit: str, curves: Mapping[str, Array], limits: Mapping[str, Mapping[str, float]]) -> str:
@@ -279,7 +288,7 @@ def effects_charts(found: EffectCosts) -> tuple[Chart, Chart]:
         cost.append(Mark("text", [max(time, 1.0)], [row], label=f"×{time:.2f}", colour="ink"))
     tall = 90 + 48 * max(len(rows), 1)
     return (
-        Chart("largest change when an effect is left out", "largest change at any joint when left out [%]", "", marks,
+        Chart("largest change when an effect is left out", "change when left out [%]", "", marks,
               (100.0 * LEAST, top), log_x=True, rows=rows, height=tall),
         Chart("factor in time of every effect", "time with it over time without [-]", "", cost,
               (min([0.9, *times]) - 0.05, 1.15 * max([1.3, *times])), rows=rows, height=60 + 24 * max(len(rows), 1)),

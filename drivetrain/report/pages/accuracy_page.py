@@ -75,7 +75,7 @@ def _effects(found: EffectCosts, end: End) -> Section:
     )
     return Section(
         "Effects", "effects", str(found.full.verdict), CSS[found.full.verdict], (lead,),
-        ((changes, "Change when left out (logarithmic)."), (times, "The factor in time when kept.")),
+        ((changes, "Largest change at any joint (logarithmic)."), (times, "The factor in time when kept.")),
         (SheetTable(headings, rows, "", (1, 2, 3, 4, 5, 7, 8)),),
         ("time × and work ×: with the effect over without it; times are medians of runs in turns on this machine",),
     )  # fmt: skip

@@ -105,7 +105,7 @@ def _section(found: WhyNot, answer: PairAnswer) -> Section:
         tables.append(SheetTable(
             ("check", "verdict", "utilisation", "required", "available", "unit", "margin"),
             tuple(
-                (row.name, Chip(row.verdict, row.css), row.information or row.utilisation, row.required, row.available,
+                (row.name, Chip(row.verdict, row.css), row.utilisation, row.required, row.available,
                  row.unit, row.margin)
                 for row in rows
             ),
