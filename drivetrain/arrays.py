@@ -12,6 +12,7 @@ from drivetrain.errors import LARGEST, Fault, Faults, InputError
 
 Array = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
 
 
 def frozen_array(value: Any, shape: Sequence[int | None], name: str) -> Array:

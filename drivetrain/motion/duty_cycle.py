@@ -14,9 +14,8 @@ from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Ge
-from numpy.typing import NDArray
 
-from drivetrain.arrays import Array, Mask, read_only
+from drivetrain.arrays import Array, Indices, Mask, read_only
 from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.motion.motion import LoadTable, Motion
 from drivetrain.units import Duration, Name
@@ -26,8 +25,6 @@ GAP_SEEN = 1e-6  # [rad or m] above this, the gap is reported
 SERIES = ("position", "velocity", "acceleration")
 TIME_ROUNDING = 1e-9  # of a step's length: samples closer than this are at one instant
 SPEED_STEP_SEEN = 1e-3  # steps of speed above this share of the joint's peak speed are reported
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,9 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.errors import Fault, InputError
-from drivetrain.motion.duty_cycle import Cycle, Indices
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.time_optimal import quickest_squares, times
 from drivetrain.sizing.judge.evaluate import Given, evaluate, given_drives
 from drivetrain.sizing.judge.vary import edge

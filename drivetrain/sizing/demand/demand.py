@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.drive.drive import STANDSTILL, Drive, loss_speed, resting
 from drivetrain.drive.friction import Friction, friction_curve, friction_torque, loosening_load
-from drivetrain.motion.duty_cycle import Cycle, Indices
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.drive_wrenches import DriveWrenches, drive_wrenches
 from drivetrain.sizing.demand.load_basis import (
     PARAMETERS,

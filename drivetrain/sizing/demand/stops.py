@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.errors import Fault, InputError
-from drivetrain.motion.duty_cycle import Cycle, Indices
+from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.sizing.demand.load_basis import JointBasis, load_basis
 from drivetrain.study.model import Study
 

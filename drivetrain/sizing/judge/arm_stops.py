@@ -17,7 +17,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import joint_turns
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.drive.brake import LEAST_ENERGY
 from drivetrain.drive.drive import Drive, drive_inertia, shaft_friction
 from drivetrain.drive.friction import friction_curve
@@ -35,7 +35,6 @@ from drivetrain.drive.stops import (
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
 from drivetrain.jit import kernel
-from drivetrain.motion.duty_cycle import Indices
 from drivetrain.records import as_record, known
 from drivetrain.sizing.demand.load_basis import counterbalance_torques
 from drivetrain.sizing.demand.stops import stop_starts

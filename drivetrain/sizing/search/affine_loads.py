@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.search.bounds import load_interval
-from drivetrain.sizing.search.domains import Indices
 
 
 class AffineLoads(NamedTuple):

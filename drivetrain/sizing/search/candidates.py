@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, Mask
+from drivetrain.arrays import Array, Indices, Mask
 from drivetrain.drive.amplifier import Amplifier
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import Friction
@@ -60,7 +60,6 @@ from drivetrain.sizing.search.bounds import (
     section_peaks,
     torque_interval_of,
 )
-from drivetrain.sizing.search.domains import Indices
 from drivetrain.study.model import JointTask, Study
 
 TABLE = table()

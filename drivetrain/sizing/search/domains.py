@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drivetrain.arrays import Array, Mask
+from drivetrain.arrays import Array, Indices, Mask
 
-Indices = NDArray[np.int64]
 Pairs = tuple[int, ...]
 
 UNPRICED = -1e300  # lower bound on an unknown cost: below every cost, and sums of it stay finite

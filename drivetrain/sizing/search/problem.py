@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drivetrain.arrays import Array, Mask
+from drivetrain.arrays import Array, Indices, Mask
 from drivetrain.jit import kernel
 from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.judge.cases import power_allowance
@@ -18,7 +18,7 @@ from drivetrain.sizing.judge.objectives import weight_of
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.candidates import Candidates
 from drivetrain.sizing.search.constraints.common_parts import CommonParts, common_parts
-from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices
+from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains
 from drivetrain.study.parts.mounting import mass_counts
 from drivetrain.study.parts.selection import SelectionOptions
 

@@ -17,7 +17,7 @@ from typing import Any, overload
 import numpy as np
 import pandas as pd
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.records import as_numbers
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.arm_stops import needs_arm_stops
@@ -36,7 +36,6 @@ from drivetrain.sizing.judge.vary import (
 from drivetrain.sizing.judge.words import AMPERES
 from drivetrain.sizing.results import Evaluation, RejectedPair
 from drivetrain.sizing.search.candidates import TABLE, build_candidates
-from drivetrain.sizing.search.domains import Indices
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.tree import Tree, run_search
 from drivetrain.study.change import heaviest

@@ -20,13 +20,13 @@ from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 
-from drivetrain.arrays import Array, Mask
+from drivetrain.arrays import Array, Indices, Mask
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.constraints.chance import ChanceConstraint
 from drivetrain.sizing.search.constraints.common_parts import CommonParts
 from drivetrain.sizing.search.constraints.stiffness import apply_stiffness_cuts
 from drivetrain.sizing.search.constraints.supply import supply_may_be_feasible
-from drivetrain.sizing.search.domains import Domains, Indices, Pairs, cheapest_pairs, exclude_cheapest, replace_domain
+from drivetrain.sizing.search.domains import Domains, Pairs, cheapest_pairs, exclude_cheapest, replace_domain
 from drivetrain.sizing.search.enumeration import FeasibleSet, can_enumerate, feasible_sets, min_energy_level
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem

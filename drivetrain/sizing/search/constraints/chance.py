@@ -18,9 +18,9 @@ from enum import StrEnum
 
 import numpy as np
 
-from drivetrain.arrays import Mask
+from drivetrain.arrays import Indices, Mask
 from drivetrain.sizing.results import DriveSet
-from drivetrain.sizing.search.domains import Domains, Indices, Pairs, replace_domain
+from drivetrain.sizing.search.domains import Domains, Pairs, replace_domain
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.tolerance.draws import Pair, drawn

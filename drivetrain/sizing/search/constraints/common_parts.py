@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, Indices
 from drivetrain.sizing.search.candidates import Candidates
-from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, Indices, replace_domain
+from drivetrain.sizing.search.domains import UNPRICED, Domain, Domains, replace_domain
 from drivetrain.study.parts.selection import SelectionOptions, family
 
 NO_PART = -1  # label that does not count, such as the gear of a direct drive

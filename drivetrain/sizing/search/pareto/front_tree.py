@@ -21,12 +21,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from drivetrain.arrays import Array, Mask
+from drivetrain.arrays import Array, Indices, Mask
 from drivetrain.sizing.demand.load_basis import PARAMETERS
 from drivetrain.sizing.search.bounds import ROUND_DOWN
 from drivetrain.sizing.search.constraints.stiffness import arm_utilisation
 from drivetrain.sizing.search.constraints.supply import supply_limited, supply_utilisation
-from drivetrain.sizing.search.domains import Domain, Indices, Pairs
+from drivetrain.sizing.search.domains import Domain, Pairs
 from drivetrain.sizing.search.problem import ROUNDING
 from drivetrain.sizing.search.search_region import SearchRegion, below_any_corner, filter_candidates
 from drivetrain.sizing.search.tree import BranchAndBound, Node, Report, bisect_parameter, split
