@@ -32,6 +32,7 @@ from drivetrain.spatial.wrenches import like
 # Share of an axis' inertia for the difference of its two motors: their mode against each other is then a thousand times
 # faster than the others.
 NEGLIGIBLE_INERTIA = 1e-6
+RIGID = 1e6  # stiffness of a spring that is as good as rigid, over that of the others
 NO_BEAMS: Mapping[int, Beam] = {}
 
 
@@ -228,3 +229,32 @@ def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:
     root = np.sqrt(springs)
     squares = np.linalg.eigvalsh(root[:, :, None] * (0.5 * (loose + np.swapaxes(loose, 1, 2))) * root[:, None, :])
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+
+
+def struck_torques(inertia: Array, stiffness: Array, speed: Array, excess: Array) -> Array:
+    """Bound on the torques of springs between rotors and links if all rotors stop, each within any time, undamped.
+
+    On rotors at rest, the links oscillate in modes. A rotor that slows excites them as the same change of its link's
+    speed would, at whatever time, so the amplitudes of all changes add up at most. For one joint, this is the amplitude
+    ``w sqrt(K J)`` of a link that is stopped at once, and that of a release from its load.
+
+    Args:
+        inertia: Inertia that the springs carry, at the joints [kg m^2], (S, n, n).
+        stiffness: Largest stiffness of each spring [N m/rad], (n,); NaN if unknown, whose torques are not bounded.
+        speed: Speeds of the joints, with which rotors and links turn before the stop [rad/s], (S, n).
+        excess: Torque of each spring before the stop, less the one that it has at rest [N m], (S, n).
+
+    Returns:
+        Largest torque of each spring in addition to the one at rest [N m], (S, n).
+
+    Reference:
+        Modal superposition with ``y = sqrt(K) x`` for the wind-ups x: ``A y'' + y = 0``, A = inertia over the roots of
+        the stiffnesses, with the eigenvalues 1/omega^2.
+    """
+    unknown = np.isnan(stiffness)
+    root = np.sqrt(np.where(unknown, RIGID * np.nanmax(stiffness, initial=1.0), stiffness))
+    squares, modes = np.linalg.eigh(inertia / root / root[:, None])
+    share, onto = np.abs(modes), np.abs(modes).swapaxes(1, 2)
+    struck = np.sqrt(np.maximum(squares, 0.0))[..., None] * (onto @ np.abs(root * speed)[..., None])
+    torque = root * (share @ (struck + onto @ np.abs(excess / root)[..., None]))[..., 0]
+    return np.where(unknown, np.inf, torque)

@@ -21,6 +21,7 @@ from drivetrain.dynamics.flexibility import (
     free_mass,
     locked_frequencies,
     locked_mass,
+    struck_torques,
     tip_compliance,
     tip_jacobian,
 )
@@ -278,3 +279,41 @@ def test_no_sample_has_frequencies_of_the_elastic_joints_alone() -> None:
     assert locked_frequencies(arm, none, [1e4, np.inf]).shape == (0, 1)
     assert locked_frequencies(arm, none, none).shape == (0, 2)
     assert tip_compliance(arm, none, [1e4, np.inf]).shape == (0, 6, 6)
+
+
+def test_the_torque_of_a_struck_spring():
+    """One joint stopped at once: w sqrt(K J), and as much again as the spring was wound beyond its rest."""
+    inertia, stiffness = np.full((2, 1, 1), 0.5), np.array([2e4])
+    found = struck_torques(inertia, stiffness, np.array([[2.0], [0.0]]), np.array([[3.0], [-7.0]]))
+    np.testing.assert_allclose(found, [[3.0 + 2.0 * np.sqrt(2e4 * 0.5)], [7.0]], rtol=1e-12)
+    assert struck_torques(inertia, np.array([np.nan]), np.ones((2, 1)), np.ones((2, 1))).tolist() == [[np.inf]] * 2
+
+
+@pytest.mark.parametrize("hardening", [1.0, 2.5])
+def test_struck_springs_never_bear_more_than_the_bound(hardening):
+    """Random arms whose rotors stop one after another, in any time, in small steps; with springs that harden, too."""
+    random, close = np.random.default_rng(5), []
+    for _ in range(10):
+        n = int(random.integers(1, 4))
+        root = random.normal(size=(n, n)) * 10.0 ** random.uniform(-0.5, 0.5, n)
+        inertia, soft = root @ root.T + 0.05 * np.eye(n), 10.0 ** random.uniform(3.5, 4.5, n)
+        bend, speed = 10.0 ** random.uniform(0.0, 2.0, n), random.normal(size=n) * 3.0
+        rest = random.normal(size=n) * 10.0
+        torque = rest + random.normal(size=n) * 5.0
+        masses = np.linalg.eigvalsh(inertia)
+        fastest, slowest = np.sqrt(hardening * soft.max() / masses[0]), np.sqrt(soft.min() / masses[-1])
+        begin = random.uniform(0.0, 2.0, n) / slowest * random.integers(0, 2)
+        lasts = random.uniform(0.0, 1.0, n) / slowest * random.integers(0, 2) + 1e-9
+        beyond = np.maximum(np.abs(torque) - bend, 0.0)
+        x = np.sign(torque) * (np.minimum(np.abs(torque), bend) + beyond / hardening) / soft
+        inverse, step, now, link, peak = np.linalg.inv(inertia), 0.1 / fastest, 0.0, speed.copy(), np.abs(torque)
+        while now < max((begin + lasts).max(), 0.0) + 12.0 / slowest:
+            beyond = np.maximum(np.abs(x) - bend / soft, 0.0)
+            borne = np.sign(x) * soft * (np.minimum(np.abs(x), bend / soft) + hardening * beyond)
+            peak, link = np.maximum(peak, np.abs(borne)), link + step * (inverse @ (borne - rest))
+            slowed = np.clip((now + 0.5 * step - begin) / lasts, 0.0, 1.0)
+            x, now = x + step * (speed * (1.0 - slowed) - link), now + step
+        bound = struck_torques(inertia[None], hardening * soft, speed[None], (torque - rest)[None])[0] + np.abs(rest)
+        assert (peak <= 1.03 * bound).all()  # the steps are a tenth of a radian of the fastest mode
+        close.append((peak / bound).max())
+    assert np.mean(close) > 0.4

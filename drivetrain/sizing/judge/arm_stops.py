@@ -28,10 +28,10 @@ from drivetrain.drive.stops import (
     braking_push,
     overshoot,
     stiff_spring,
-    struck,
     swing_spring,
     swung_torque,
 )
+from drivetrain.dynamics.flexibility import struck_torques
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
 from drivetrain.jit import kernel
@@ -101,7 +101,7 @@ class _Driven:
     meshes: tuple[Any, ...]
     shafts: tuple[Any, ...]
     springs: Array  # gear springs for the oscillation, in the order of ``StiffSpring``, (n, 5)
-    stiffest: tuple[float, ...]  # largest slope of each spring [N m/rad], NaN if unknown
+    stiffest: Array  # largest slope of each spring [N m/rad], NaN if unknown, (n,)
     drag: tuple[float, ...]  # temperature factor of each gear's drag
     # Torque factors of the meshes for power from motor to load and from load to motor, (n,).
     driving: Array
@@ -145,11 +145,6 @@ class _Driven:
                 shares[:, k] = [overshoot(self.gears[k].stiffness_1, one, self.rotor[k], rise) for one in inertia[:, k]]
         return shares
 
-    def most(self, inertia: Array, speed: Array, static: Array, torque: Array) -> Array:
-        """Upper bound of each spring's torque from the kinetic energy of the load [N m], (S, n)."""
-        parts = zip(self.stiffest, inertia.T, speed.T, static.T, torque.T, strict=True)
-        return np.column_stack([struck(*series) + 0.0 * series[1] for series in parts])
-
 
 def march(
     study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, enough: Array | None = None
@@ -180,7 +175,7 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     return _Driven(
         study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
         meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
-        np.array([swing_spring(one) for one in gears]), tuple(stiff_spring(one).slope_3 for one in gears),
+        np.array([swing_spring(one) for one in gears]), np.array([stiff_spring(one).slope_3 for one in gears]),
         tuple(float(drag_factor(one, coldest)) for one in meshes),
         driving, driven, np.array([onward(one) for one in gears]),
         np.array([stage_load(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
@@ -198,6 +193,8 @@ def _march(
     tip = None if pressed is None else pressed[start]
     before, _ = driven.torques(q, speed, cycle.acceleration[start] @ back, tip)
     slowing, ramped, overshoots = -speed / braking.ramp, np.isfinite(braking.ramp), None
+    all_stop, unit = bool(np.all(braking.ends)), np.eye(len(driven.ratio))
+    wound, turning = before, np.abs(speed)  # torques and speeds before anything brakes
     while len(rows):
         engaged = time[:, None] >= braking.delay - INSTANT
         limit = braking.torque * engaged
@@ -210,7 +207,12 @@ def _march(
         swung = np.abs(_swung(driven.springs, before, torque, overshoots))
         # the same condition as in ``drive.stops.braked``
         locks = np.where(free, 1.0, driven.driven) * own + driven.rotor <= 0.0
-        bound = driven.most(own, speed, torque - own * acceleration, before)
+        # the links on their springs if all rotors stop; otherwise each joint alone on what the others do
+        carried, still = (first, constant) if all_stop else (own[..., None] * unit, torque - own * acceleration)
+        braked = engaged.any(axis=1, keepdims=True)
+        wound = np.where(braked, wound, before)
+        turning = np.where(braked, np.maximum(turning, np.abs(speed)), np.abs(speed))
+        bound = np.abs(still) + struck_torques(carried, driven.stiffest, turning, wound - still)
         swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, bound))
         gear_torque = np.where(ramped, np.abs(torque), swung) + driven.stages * np.abs(acceleration)
         found.torque[rows] = np.maximum(found.torque[rows], driven.onward * gear_torque)
@@ -240,6 +242,7 @@ def _march(
         rows, q, speed, time, before, slowing, overshoots, free = (
             part[kept] for part in (rows, q, speed, time, before, slowing, overshoots, free)
         )
+        wound, turning = wound[kept], turning[kept]
         tip = None if tip is None else tip[kept]
 
 
