@@ -213,7 +213,7 @@ def _is(value: Any, hint: Any) -> bool:
     if hint is float:
         return isinstance(value, float | int) or (hasattr(value, "__float__") and getattr(value, "ndim", 0) == 0)
     if hint is int:
-        return hasattr(value, "__index__")
+        return hasattr(value, "__index__") and getattr(value, "ndim", 0) == 0
     kind = origin or hint
     if isinstance(kind, type) and kind.__module__.partition(".")[0] == "numpy":
         return _becomes_array(value)

@@ -7,6 +7,7 @@ import math
 import pickle
 from dataclasses import replace
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -214,3 +215,42 @@ def test_criteria_and_motions_of_another_kind_are_named(swing: dt.Study) -> None
     for motions in (None, 3, "x", (1, 2)):
         with pytest.raises(dt.InputError, match="motions: must be a mapping of motions by name"):
             dt.study("planar-2r-bare", ([0.0, 1.0], [[0.0, 0.0], [1.0, 1.0]]), motions=motions, supply=48.0)
+
+
+SPRUNG = dt.joint_scene(1.0, [dt.WallSpring(100.0)], 0.1, position=0.1)
+HELD = dt.CallableConstraint(lambda _q: np.array([[1.0, 1.0]]), lambda _q, _qd: np.zeros(1), 1)
+REST = [0.1, 0.2]
+
+
+@pytest.mark.parametrize("wrong", [None, "x", math.nan, -1.0, [1.0], np.zeros((2, 2)), object()])
+def test_options_of_another_kind_are_named(wrong: Any, swing: dt.Study) -> None:
+    """Options that a call, or only the run after it, trips over, or that change nothing without a word."""
+    arm, evaluation = dt.load_arm("planar-2r"), dt.evaluate(swing, ("M", "G"))
+    calls: dict[str, Any] = {
+        "AdaptiveStep.solver": lambda: dt.AdaptiveStep(wrong),
+        "Inverse.share": lambda: dt.Inverse(wrong),
+        "kind": lambda: dt.without(SPRUNG, wrong),
+        "profile": lambda: dt.waypoint_motion("m", ("a",), [[0.0], [1.0]], profile=wrong, durations=[1.0]),
+        "rate": lambda: dt.current_commands(evaluation, rate="x" if wrong is None else wrong),
+        "hold": lambda: dt.current_commands(evaluation, hold=wrong),
+        "tolerance": lambda: dt.constraint_projectors(arm, HELD, REST, tolerance=wrong),
+    }
+    for name, call in calls.items():
+        with pytest.raises(dt.InputError, match=name):
+            call()
+    with pytest.raises(dt.InputError, match="tolerance"):
+        dt.constrained_forward_dynamics(arm, HELD, REST, REST, REST, tolerance=wrong)
+
+
+def test_more_options_out_of_their_range_are_named(swing: dt.Study, tmp_path: Path) -> None:
+    arm, evaluation = dt.load_arm("planar-2r"), dt.evaluate(swing, ("M", "G"))
+    with pytest.raises(dt.InputError, match="tolerance: must be below 1"):
+        dt.constraint_projectors(arm, HELD, REST, tolerance=1.0)
+    with pytest.raises(dt.InputError, match="rate: makes more than"):
+        dt.current_commands(evaluation, rate=1e300)
+    with pytest.raises(dt.InputError, match=r"(?s)scales.joint_1: is missing.*scales.joint_2: is missing"):
+        dt.write_currents(evaluation, tmp_path / "currents.csv", {})
+    with pytest.raises(dt.InputError, match="joints: must be different indices"):
+        dt.torque_ellipsoid(arm, REST, joints=[[0], [0, 1]])
+    with pytest.raises(dt.InputError, match=r"exciting_motion\(candidates=\): must be a whole number"):
+        dt.exciting_motion(arm, duration=1.0, rate=50.0, candidates=np.array([1, 2]))  # type: ignore[arg-type]

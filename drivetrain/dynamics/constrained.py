@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arm.arm import Arm
-from drivetrain.arrays import Array, batch, finite_samples
+from drivetrain.arrays import Array, batch, checked_number, finite_samples
 from drivetrain.dynamics.constraints import Constraint, checked_constraints, stacked_rows
 from drivetrain.dynamics.core import factor
 from drivetrain.dynamics.core.packed import packed
@@ -124,11 +124,11 @@ def constrained_forward_dynamics(
         Motion and multipliers.
 
     Raises:
-        InputError: Wrong shapes, NaN, no constraints, a singular mass matrix.
+        InputError: Wrong shapes, NaN, no constraints, a singular mass matrix, a tolerance outside 0 to 1.
 
     Reference: Modern Robotics, equations 8.93 to 8.97.
     """
-    several = checked_constraints(arm, constraints)
+    several, tolerance = checked_constraints(arm, constraints), _checked_share(tolerance)
     positions, speeds, torques = finite_samples(arm.n, {"q": q, "qd": qd, "tau": tau})
     rows = stacked_rows(arm, several, positions, speeds)
     force = torques - bias_torque(arm, positions, speeds, tip_wrench=tip_wrench)
@@ -137,6 +137,14 @@ def constrained_forward_dynamics(
     rank = found[:, 0].astype(np.int64)
     parts = (motion, multipliers, rank, found[:, 1], found[:, 2], rows.error, leaving)
     return ConstrainedMotion(*(parts if np.ndim(q) == 2 else (part[0] for part in parts)))
+
+
+def _checked_share(tolerance: Any) -> float:
+    """A tolerance as a float, checked to be from 0 to below 1."""
+    number = checked_number(tolerance, "tolerance", "-", least=0.0)
+    if not number < 1.0:
+        raise InputError(Fault("tolerance", "must be below 1 [-]", number))
+    return number
 
 
 def constrained_inverse_dynamics(
@@ -203,11 +211,11 @@ def constraint_projectors(arm: Arm, constraints: Constraints, q: Any, *, toleran
         Both, with the rank of the rows.
 
     Raises:
-        InputError: Wrong shapes, NaN, no constraints, a singular mass matrix.
+        InputError: Wrong shapes, NaN, no constraints, a singular mass matrix, a tolerance outside 0 to 1.
 
     Reference: Modern Robotics, equations 8.99 and 8.101.
     """
-    several = checked_constraints(arm, constraints)
+    several, tolerance = checked_constraints(arm, constraints), _checked_share(tolerance)
     (positions,) = finite_samples(arm.n, {"q": q})
     rows = stacked_rows(arm, several, positions, np.zeros(positions.shape))
     factor = mass_factor(arm, positions)

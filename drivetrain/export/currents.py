@@ -177,7 +177,8 @@ def write_currents(
         Path of the file.
 
     Raises:
-        InputError: Another suffix, currents outside their scale (all joints listed), or a file that cannot be written.
+        InputError: Another suffix, joints without a scale, currents outside their scale (all joints listed), or a file
+            that cannot be written.
     """
     writer = WRITERS.get(Path(path).suffix.lower())
     if writer is None:
@@ -189,6 +190,10 @@ def write_currents(
 def _commands(evaluation: Evaluation, scales: Mapping[str, CurrentScale], rate: float | None, hold: int) -> _Commands:
     if unknown := unknown_torques(evaluation.joints):
         raise InputError(unknown)
+    lacking = [name for name in evaluation.joints if name not in scales]
+    raise_faults(
+        Fault(f"scales.{name}", "is missing", hint="current_scales makes those of all joints") for name in lacking
+    )
     table = current_commands(evaluation, rate=rate, hold=hold)
     faults = Faults()
     rows = dict(iter(table.groupby("joint", sort=False)))

@@ -70,6 +70,8 @@ def waypoint_motion(
             short for its move; all of them listed.
     """
     place = f"motion {name}"
+    if not hasattr(profile, "over"):
+        raise InputError(Fault(f"{place}: profile", "must be a profile", profile, "such as Quintic()"))
     points = checked_array(points, (None, len(joint_names)), f"{place}: points")
     if len(points) == 0:
         raise InputError(Fault(place, "needs at least one point"))

@@ -156,7 +156,12 @@ def without(scene: Scene, kind: type[Effect]) -> Scene:
 
     Returns:
         The scene; all other effects are the same objects.
+
+    Raises:
+        InputError: No class of effects.
     """
+    if not (isinstance(kind, type) and issubclass(kind, Effect)):
+        raise InputError(Fault("kind", "must be a class of effects, such as MeshLoss", kind))
     kept: dict[str, tuple[Effect, ...]] = {}
     for name, effects in scene.effects.items():
         assumed_limits = [effect.quasi_static() if type(effect) is kind else effect for effect in effects]

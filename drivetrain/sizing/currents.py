@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, axes_of
 from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc
 from drivetrain.drive.drive import drive_inertia, loss_speed, resting, shaft_friction
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.gear import complete, drag_torque, mesh_of, mesh_slope, mesh_torque
 from drivetrain.drive.motor import winding_resistance
-from drivetrain.errors import Fault, raise_faults
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.records import as_record
 from drivetrain.sizing.demand.demand import at_rest
 from drivetrain.sizing.demand.load_basis import all_load_parameters, counterbalance_torques, load_basis
@@ -23,6 +23,7 @@ from drivetrain.sizing.results import Evaluation, JointResult, Selection, every_
 from drivetrain.study.model import Study
 
 ROUNDING = 1e-12  # relative to the largest current
+MOST_ROWS = 1e7  # commands of a joint
 PARTS = (
     "inertia", "gravity", "velocity", "counterbalance", "given torque", "joint friction", "mesh loss", "gear drag",
     "motor friction", "rotor inertia",
@@ -60,12 +61,14 @@ def current_commands(
     Raises:
         InputError: The rate is not positive, the order of interpolation is unknown, or a study names no drives.
     """
-    faults = [] if hold in (0, 1) else [Fault("hold", "must be 0 or 1", hold)]
+    faults = [] if axes_of(hold) == 0 and hold in (0, 1) else [Fault("hold", "must be 0 or 1", hold)]
     if rate is not None and not 0.0 < rate < np.inf:
         faults.append(Fault("rate", "must be positive [Hz]", rate))
     raise_faults(faults)
     evaluation = evaluate(evaluation) if isinstance(evaluation, Study) else evaluation
     evaluation = every_drive(evaluation) if isinstance(evaluation, Selection) else evaluation
+    if rate is not None and rate * evaluation.study.cycle.duration > MOST_ROWS:
+        raise InputError(Fault("rate", f"makes more than {MOST_ROWS:g} commands in a cycle [Hz]", rate))
     loads = _load_parts(evaluation)
     tables = [_joint_table(evaluation, joint, loads[name]) for name, joint in evaluation.joints.items()]
     if rate is not None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import tip_jacobian
-from drivetrain.arrays import Array, batch, checked_array, finite_samples
+from drivetrain.arrays import Array, axes_of, batch, checked_array, finite_samples
 from drivetrain.dynamics.core.factor import factorise
 from drivetrain.dynamics.mass import mass_matrix, solve_lower
 from drivetrain.errors import Fault, InputError, raise_faults
@@ -198,8 +198,8 @@ def _chosen(arm: Arm, q: Any, joints: Any) -> Array:
     matrices = mass_matrix(arm, q)
     if joints is None:
         return matrices
-    index = np.asarray(joints)
-    known = index.ndim == 1 and index.size and index.dtype.kind in "iu" and len(set(index.tolist())) == index.size
+    index = np.asarray(joints if axes_of(joints) == 1 else ())
+    known = index.size and index.dtype.kind in "iu" and len(set(index.tolist())) == index.size
     if not known or (index < 0).any() or (index >= arm.n).any():
         raise InputError(Fault("joints", f"must be different indices from 0 to {arm.n - 1}", joints))
     return np.asarray(matrices[..., index[:, None], index])

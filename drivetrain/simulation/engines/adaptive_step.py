@@ -202,6 +202,9 @@ class AdaptiveStep(Engine):
     most_steps: int = 20_000_000
 
     def __post_init__(self) -> None:
+        if not isinstance(self.solver, Solver):
+            hint = "such as Rodas5P(rtol=1e-6)"
+            raise InputError(Fault("AdaptiveStep.solver", "must be a solver", type(self.solver).__name__, hint))
         if not isinstance(self.most_steps, int) or self.most_steps < 1:
             raise InputError(Fault("AdaptiveStep.most_steps", "must be a whole number, at least 1", self.most_steps))
 

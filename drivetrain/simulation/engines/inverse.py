@@ -22,7 +22,7 @@ import numpy as np
 
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.kinematics import tip_pose
-from drivetrain.arrays import Array
+from drivetrain.arrays import Array, checked_number
 from drivetrain.drive.drive import loss_speed, resting
 from drivetrain.drive.gear import Gear
 from drivetrain.drive.motor import Motor, terminal_voltage, torque_constant
@@ -290,6 +290,9 @@ class Inverse(Engine):
     """
 
     share: float = 1.0
+
+    def __post_init__(self) -> None:
+        checked_number(self.share, "Inverse.share", "-", above=0.0)
 
     def run(self, plan: Plan, options: RunOptions) -> Outcome:
         """Compute what the command requires at the output times.
