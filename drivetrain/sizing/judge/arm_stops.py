@@ -58,6 +58,7 @@ INSTANT = 1e-12  # rounding of sums of steps [s]
 HALVINGS = 9  # bisection steps for the share of the stop currents at which no gear is overloaded
 ROUNDS = 8  # iterations for the directions of power through the meshes
 SLIPPING = 1e-9  # speed of a joint that is about to slip [rad/s]
+FEW = 16  # samples from which stops are tried first where one that fails is enough
 OVER = 1.0 + 1e-9  # factor on a limit, so that rounding alone never exceeds it
 
 
@@ -150,15 +151,29 @@ def march(
     study: Study, drives: Mapping[str, Drive], braking: Braking, first: Indices, enough: Array | None = None
 ) -> tuple[Stops, Stops]:
     """Stops of an arm from some samples of its cycle, with losses and without; integration ends when a gear torque [N
-    m] of the former exceeds ``enough``, (n,).
+    m] of the former exceeds ``enough``, (n,). Then a few of the samples come first: most that fail do so from them.
     """
+    arms: list[tuple[_Driven, Any]] = [
+        (_driven(study, arm, drives), chosen) for arm, chosen in loaded_arms(study, drives)
+    ]
+    if enough is not None:
+        few = _stops(arms, study, braking, first[:: max(1, len(first) // FEW)], enough)
+        if (few[0].torque > enough).any():
+            return few
+    return _stops(arms, study, braking, first, enough)
+
+
+def _stops(
+    arms: list[tuple[_Driven, Any]], study: Study, braking: Braking, first: Indices, enough: Array | None
+) -> tuple[Stops, Stops]:
+    """Stops from all of some samples; ``arms``: the arm with each payload, and the samples at which it moves."""
     twice = np.concatenate([first, first])
     torque, travel, energy = np.zeros((3, len(twice), len(study.joints)))
     found = Stops(twice, torque, travel, energy, np.full(len(twice), math.inf))
-    for arm, chosen in loaded_arms(study, drives):
+    for driven, chosen in arms:
         rows = np.flatnonzero(chosen[twice])
         if len(rows):
-            _march(_driven(study, arm, drives), study, braking, found, rows, (rows >= len(first))[:, None], enough)
+            _march(driven, study, braking, found, rows, (rows >= len(first))[:, None], enough)
     halves = zip(*(np.split(getattr(found, field.name), 2) for field in fields(found)), strict=True)
     lossy, lossless = (Stops(*half) for half in halves)
     return lossy, lossless
@@ -212,9 +227,13 @@ def _march(
         braked = engaged.any(axis=1, keepdims=True)
         wound = np.where(braked, wound, before)
         turning = np.where(braked, np.maximum(turning, np.abs(speed)), np.abs(speed))
-        bound = np.abs(still) + struck_torques(carried, driven.stiffest, turning, wound - still)
-        swung = np.where(locks & (speed != 0.0), np.inf, np.minimum(swung, bound))
-        gear_torque = np.where(ramped, np.abs(torque), swung) + driven.stages * np.abs(acceleration)
+        taken = driven.stages * np.abs(acceleration)
+        more = ~(driven.onward * (swung + taken) <= found.torque[rows]).all(axis=1)  # not of those with more before
+        excess = (wound - still)[more]
+        bound = np.abs(still[more]) + struck_torques(carried[more], driven.stiffest, turning[more], excess)
+        swung[more] = np.minimum(swung[more], bound)
+        swung = np.where(locks & (speed != 0.0), np.inf, swung)
+        gear_torque = np.where(ramped, np.abs(torque), swung) + taken
         found.torque[rows] = np.maximum(found.torque[rows], driven.onward * gear_torque)
         # only the stops with losses decide on torque
         if enough is not None and ((found.torque[rows] > enough) & ~free).any():
@@ -373,11 +392,11 @@ def _checks_of(
     if not heat and not quick and (used := worst.torque * factor / np.array(_with_assumed(limits, least))).max() > 1.0:
         joint, allowed = int(np.argmax(used.max(axis=0))), np.array(_with_assumed(limits, least)) * (OVER / factor)
         ways += _safe_current(study, drives, braking, first, allowed, joint)
-    yield _check(study, row, factor, worst.torque, limits, least, first, ways)
+    yield _check(study, row, factor, worst.torque, limits, least, worst.first, ways)
     if heat:
         limits = [one.motor.brake.energy_per_stop if one.motor.brake.key else math.inf for one in every]
         least = [LEAST_ENERGY * (one.motor.brake.static_torque or math.nan) for one in every]
-        yield _check(study, BRAKE_HEAT, 1.0, longest.energy, limits, least, first, ways)
+        yield _check(study, BRAKE_HEAT, 1.0, longest.energy, limits, least, worst.first, ways)
 
 
 def _check(
