@@ -248,8 +248,12 @@ def test_more_options_out_of_their_range_are_named(swing: dt.Study, tmp_path: Pa
         dt.constraint_projectors(arm, HELD, REST, tolerance=1.0)
     with pytest.raises(dt.InputError, match="rate: makes more than"):
         dt.current_commands(evaluation, rate=1e300)
+    full = dt.Motor("F", 0.5, 0.05, rotor_inertia=1e-5, coulomb_friction=0.01)
+    gear = dt.Gear("H", 50.0, kind="planetary", efficiency=0.8, inertia=1e-6)
+    motion = (swing.cycle.time, swing.cycle.position)
+    study = dt.study("planar-2r-bare", motion, drive_mass="included", supply=48.0, drives=(full, gear))
     with pytest.raises(dt.InputError, match=r"(?s)scales.joint_1: is missing.*scales.joint_2: is missing"):
-        dt.write_currents(evaluation, tmp_path / "currents.csv", {})
+        dt.write_currents(dt.evaluate(study), tmp_path / "currents.csv", {})
     with pytest.raises(dt.InputError, match="joints: must be different indices"):
         dt.torque_ellipsoid(arm, REST, joints=[[0], [0, 1]])
     with pytest.raises(dt.InputError, match=r"exciting_motion\(candidates=\): must be a whole number"):
