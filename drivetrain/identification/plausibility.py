@@ -87,10 +87,14 @@ def _missing(found: Evidence) -> list[str]:
         lines.append(
             f"constant torques that the model lacks ({', '.join(parts)}), or friction that differs by direction"
         )
-    for column, words in ((load, "grows with its load"), (slow, "is not linear in its speed")):
-        joints = _of(names, _factors(found, np.einsum("ti,ij->tji", column, turns))[1])
-        if joints:
-            lines.append(f"the friction of {', '.join(joints)} {words}")
+    curved = "is not linear in its speed"
+    less = "grows less with its load than the efficiencies of the study's gears say"
+    for column, words in ((load, ("grows with its load", less)), (slow, (curved, curved))):
+        value, sure = _factors(found, np.einsum("ti,ij->tji", column, turns))
+        for sign, text in zip((1.0, -1.0), words, strict=True):
+            joints = _of(names, sure & (sign * value > 0.0))
+            if joints:
+                lines.append(f"the friction of {', '.join(joints)} {text}")
     [late], [sure] = _factors(found, -np.gradient(found.modelled, found.time, axis=0)[:, :, None], least=0.0)
     if sure and abs(late) > 0.5 * np.median(np.diff(found.time)):
         lines.append(f"the torques are about {1e3 * abs(late):.2g} ms {'late' if late > 0.0 else 'early'}")

@@ -55,6 +55,7 @@ def warnings(found: dt.Identification) -> str:
         ({"correlation": 0.97}, ""),
         ({"constant": 0.6}, "constant torques that the model lacks (joint_1 1."),
         ({"load": 0.1}, "the friction of joint_1 grows with its load"),
+        ({"load": -0.1}, "grows less with its load than the efficiencies of the study's gears say"),
         ({"stribeck": 8.0, "noise": 0.01}, "is not linear in its speed"),
         ({"late": 0.02, "noise": 0.01}, "the torques are about 2"),
     ],
