@@ -11,7 +11,7 @@ from drivetrain.report.pages.sheet import Row, Section, SheetTable, sheet
 from drivetrain.report.pages.views import CSS, chip
 from drivetrain.report.quantities import DASH, number, printed_unit, with_unit
 from drivetrain.report.words import check_sentence, common_unit, end_of, required_text
-from drivetrain.simulation.cost_results import Decision
+from drivetrain.simulation.cost_results import Decision, JointDecision
 from drivetrain.simulation.recording import UNACCOUNTED, Recording
 from drivetrain.sizing.results import Evaluation
 
@@ -58,12 +58,18 @@ def simulation_lines(found: SimulationFound) -> list[str]:
         for name, joint in made.joints.items():
             lines.append(
                 f"  {name}: current {with_unit(joint.peak_current, 'A')}, RMS {with_unit(joint.rms_current, 'A')}, "
-                f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats without end"
+                f"winding {with_unit(joint.winding_temperature, 'C')} when the cycle repeats without end, "
+                f"position error at most {_error(recording, name, joint)}"
             )
         end = end_of(found.evaluation.study)
         lines.append(f"{end.name}: at most {end.far(made.tip_deviation)} from the command")
         lines.append(f"the study's checks on this run: {made.verdict}{_closest(made)}")
     return lines
+
+
+def _error(recording: Recording, name: str, joint: JointDecision) -> str:
+    """The largest position error of a joint."""
+    return f"{number(1e3 * joint.deviation)}\u00a0m{recording.unit(f'{name}.position')}"
 
 
 def _closest(made: Decision) -> str:
@@ -111,7 +117,7 @@ def _decided(made: Decision, recording: Recording) -> SheetTable:
             name, with_unit(joint.peak_current, "A"), with_unit(joint.rms_current, "A"),
             with_unit(joint.rms_torque, "N" if name in slides else "N m"),
             DASH if math.isnan(joint.winding_temperature) else with_unit(joint.winding_temperature, "C"),
-            f"{number(1e3 * joint.deviation)}\u00a0{'mm' if name in slides else 'mrad'}",
+            _error(recording, name, joint),
         )
         for name, joint in made.joints.items()
     )  # fmt: skip
