@@ -54,16 +54,18 @@ def parts_of(study: Study) -> Parts:
     filled_parts = FilledParts(study)
     lists = [task.choices for task in study.joints]
     different = {id(one): one for one in lists}  # joints often share a list of candidates
-    motor_keys = tuple(dict.fromkeys(motor for one in different.values() for motor, _ in one))
-    gear_keys = tuple(dict.fromkeys(["", *(gear for one in different.values() for _, gear in one)]))
+    # keys of the motors and of the gears, each pair once
+    columns = {key: tuple(zip(*dict.fromkeys(one), strict=True)) or ((), ()) for key, one in different.items()}
+    motor_keys = tuple(dict.fromkeys(key for motors, _ in columns.values() for key in motors))
+    gear_keys = tuple(dict.fromkeys(["", *(key for _, gears in columns.values() for key in gears)]))
     motors, gears = tuple(map(filled_parts.motor, motor_keys)), tuple(map(filled_parts.gear, gear_keys))
     left = {key: row for row, key in enumerate(motor_keys)}
     right = {key: row for row, key in enumerate(gear_keys)}
-    known: dict[int, Any] = {}
-    for key, one in different.items():
-        rows = dict.fromkeys((left[motor], right[gear]) for motor, gear in one)
-        known[key] = np.array(list(rows), dtype=np.int64).reshape(-1, 2)
-    pairs = tuple(known[id(one)] for one in lists)
+    rows = {
+        key: np.array([[left[motor] for motor in motors], [right[gear] for gear in gears]], dtype=np.int64).T.copy()
+        for key, (motors, gears) in columns.items()
+    }
+    pairs = tuple(rows[id(one)] for one in lists)
     weighed = _column([0.0 if one.kind == "ideal" and one.mass is None else one.mass for one in gears])
     priced = _column([0.0 if one.key == "" else one.price for one in gears])
     mass, price = _column([whole_mass(one) for one in motors]), _column([one.price for one in motors])

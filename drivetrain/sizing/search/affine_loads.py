@@ -21,8 +21,10 @@ class AffineLoads(NamedTuple):
 
     def bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Interval of the loads, shaped as ``base``; low, high: parameter ranges of all drives, (n, PARAMETERS)."""
-        bottom, top, _ = load_interval(self.base.ravel(), self.unit, low[self.drives], high[self.drives])
-        return bottom.reshape(self.base.shape), top.reshape(self.base.shape)
+        ends, half = np.empty((2, *self.base.shape)), np.empty(self.unit.shape[:2])
+        bottom, top = ends.reshape(2, -1)
+        load_interval(self.base.ravel(), self.unit, low[self.drives], high[self.drives], bottom, top, half)
+        return ends[0], ends[1]
 
     def min_magnitude(self, low: Array, high: Array) -> Array:
         """Smallest magnitudes within the interval, shaped as ``base``."""

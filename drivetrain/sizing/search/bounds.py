@@ -169,28 +169,32 @@ def torque_interval_of(
 
 
 @kernel(fastmath=FAST)
-def load_interval(load: Array, unit_load: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
+def load_interval(
+    load: Array, unit_load: Array, low: Array, high: Array, bottom: Array, top: Array, half: Array
+) -> None:
     """Interval of a load while the drives of K other joints are open: each load parameter lies within a range.
 
     Args:
         load: Load without drives, (N,).
         unit_load: Load per unit of each parameter of each of them, (K, PARAMETERS, N).
         low, high: Ranges of the load parameters, (K, PARAMETERS).
-
-    Returns:
-        The ends of the interval, (N,) each, and half the width of the range of each parameter, (K, PARAMETERS).
+        bottom, top: Filled with the ends of the interval, (N,).
+        half: Filled with half the width of the range of each parameter, (K, PARAMETERS).
     """
-    center, deviation, half = load.copy(), np.zeros(len(load)), 0.5 * (high - low)
+    for t in range(len(load)):  # the middle and half the width of the interval, until the last loop
+        bottom[t], top[t] = load[t], 0.0
     for k in range(half.shape[0]):
         for i in range(half.shape[1]):
-            middle, row = 0.5 * (low[k, i] + high[k, i]), unit_load[k, i]
-            if half[k, i] > 0.0:
-                half[k, i] += INTERVAL_ROUNDING * (half[k, i] + abs(middle))
-            width = half[k, i]
+            middle, width, row = 0.5 * (low[k, i] + high[k, i]), 0.5 * (high[k, i] - low[k, i]), unit_load[k, i]
+            if width > 0.0:
+                width += INTERVAL_ROUNDING * (width + abs(middle))
+            half[k, i] = width
             for t in range(len(row)):
-                center[t] += middle * row[t]
-                deviation[t] += width * abs(row[t])
-    return center - deviation, center + deviation, half
+                bottom[t] += middle * row[t]
+                top[t] += width * abs(row[t])
+    for t in range(len(load)):
+        middle, width = bottom[t], top[t]
+        bottom[t], top[t] = middle - width, middle + width
 
 
 @kernel(fastmath=FAST)

@@ -135,9 +135,7 @@ class JointCandidates:
         """
         data, full = self.bound_data, self.bound_data.full
         others = list(self.loading_joints)
-        full.low[:], full.high[:], data.half_width[:] = load_interval(
-            data.load, data.unit_torque, low[others], high[others]
-        )
+        load_interval(data.load, data.unit_torque, low[others], high[others], full.low, full.high, data.half_width)
         found = full.least_loads
         if self.bearing.base.size:
             bottom, top = self.bearing.bounds(low, high)
