@@ -134,10 +134,10 @@ def _step_events(
         return ()
     if plan.scene.duration > MOST_CHECKED_STEPS * min(engine.step, plan.period):
         return ()
-    events = _bus_event(engine, recording, plan, given)
     # Output rows that leave out steps may leave out peaks, and oscillations faster than these differ by aliasing.
     seen = RunOptions(min(interval, plan.scene.duration / MOST_COMPARED_ROWS), start=given)
     here = _recorded(plan, rows if interval <= engine.step else engine.run(plan, seen).rows)
+    events = _bus_event(engine, here, plan, given)
     tried, first, advice = engine, "", "try AdaptiveStep"
     while plan.scene.duration <= MOST_CHECKED_STEPS * tried.step:
         finer = tried.finer(plan.period)
