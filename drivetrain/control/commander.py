@@ -100,13 +100,14 @@ def _tick(run: Any) -> None:
 class Commander:
     """Motor currents of all joints for each tick of a controller: ``commander(q, qd, qdd)``.
 
-    The currents are the feed-forward of the arm with its drives, counterbalances and payload, including friction and
-    losses by direction of motion. They are limited by the voltage (including inductance), peak current and torque, the
-    amplifier's I2t limit, and the computed winding temperature, which reduces the current over the last 10 K below the
-    winding's limit. Friction depends on the target speed and is reduced below one hundredth of the largest speed of the
-    cycle, so that noise around standstill does not reverse it. ``wanted`` returns the currents before the limits. For
-    an arm with closed loops, the positions of the passive joints are found by Newton's method, starting from those of
-    the last tick (initially the start of the cycle); feedback uses the errors of the driven joints only.
+    The currents are the feed-forward of the arm with its drives, counterbalances and payload (forces at the tip are
+    left to the feedback), including friction and losses by direction of motion. They are limited by the voltage
+    (including inductance), peak current and torque, the amplifier's I2t limit, and the computed winding temperature,
+    which reduces the current over the last 10 K below the winding's limit. Friction depends on the target speed and is
+    reduced below one hundredth of the largest speed of the cycle, so that noise around standstill does not reverse it.
+    ``wanted`` returns the currents before the limits. For an arm with closed loops, the positions of the passive joints
+    are found by Newton's method, starting from those of the last tick (initially the start of the cycle); feedback uses
+    the errors of the driven joints only.
 
     Args:
         study_or_evaluation: A study whose joints have drives, an evaluation, or a selection.

@@ -7,16 +7,16 @@ from drivetrain.arm.arm import Arm, refuse_loops
 _REFLECTED = "rotors as bodies: only their inertia reflected to the joint is exported, no gyroscopic torques"
 _MESH = "mesh losses that depend on the direction of power, and the gear's drag over speed and temperature"
 _STATIC = "breakaway (static) friction, friction that decreases with speed or differs between directions"
-_BASE = "a moving base"
+_TASK = "a moving base; forces at the tip"
 _PLAY = "springs and backlash of the gears"
-_FLEXIBLE = f"{_PLAY}; counterbalances; {_BASE}"
+_FLEXIBLE = f"{_PLAY}; counterbalances; {_TASK}"
 _MOTOR = "motor models (resistance, inductance, back-emf, temperature, current limits): only limits of effort and speed"
 _COUPLED = "coupled motors other than ros_control's differential and four-bar"
 
 LOSSES: dict[str, tuple[str, ...]] = {
     "mjcf": (
         _REFLECTED, f"{_MESH}: the drag at the cycle's mean speed is exported as Coulomb friction", _STATIC,
-        f"{_PLAY}, and their load limits; {_BASE}",
+        f"{_PLAY}, and their load limits; {_TASK}",
         "counterbalances other than springs on levers; pins of closed loops are slightly compliant in MuJoCo",
         "changes of the housing temperature, which is constant at its evaluated value; the torque constant over "
         "temperature",
@@ -44,7 +44,7 @@ LOSSES: dict[str, tuple[str, ...]] = {
     ),
     "c": (
         "other payloads and drives than those of the exported study", "springs and backlash of the gears",
-        "counterbalances that are given as a table",
+        "counterbalances that are given as a table; forces at the tip",
     ),
     "fmu": (
         "all other joints: the arm is a constant inertia; its weight and the torques of other joints are the input "
