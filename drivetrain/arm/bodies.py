@@ -51,9 +51,9 @@ def with_body(arm: Arm, link: int, mass: float, com: Any, inertia: Any) -> Arm:
     if body.mass < 0.0:
         body = RigidBody(body.mass, body.com, -body.inertia)
     old_home = arm.home[link]
-    own = RigidBody(arm.masses[link], np.zeros(3), arm.inertias[link]).seen_from(old_home)
-    whole = combined([own, body])
     rotation = old_home[:3, :3]
+    own = RigidBody(arm.masses[link], old_home[:3, 3], rotation @ arm.inertias[link] @ rotation.T)
+    whole = combined([own, body])
     tensor = rotation.T @ whole.inertia @ rotation
     if body.mass < 0.0:
         _check_remainder(arm, link, whole.mass, tensor)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drivetrain.arrays import Array, checked_array, frozen_array
+from drivetrain.arrays import Array, checked_array, frozen_array, read_only
 from drivetrain.errors import Fault, Faults, InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.rotations import is_rotation, nearest_rotation, skew
@@ -224,7 +224,7 @@ def _symmetric(inertia: Any) -> Array:
     tensor = checked_array(inertia, (3, 3), "inertia")
     if np.abs(tensor - tensor.T).max() > SYMMETRIC * np.abs(tensor).max():
         raise InputError(Fault("inertia", "must be symmetric", tensor.tolist()))
-    return frozen_array(_mean(tensor), (3, 3), "inertia")
+    return read_only(_mean(tensor))
 
 
 def _mean(tensor: Array) -> Array:
