@@ -196,10 +196,24 @@ class LineSearch:
         result = self.setup(ratio).joint(self.joint)
         return worst_of(check for check in checks_with_limits(result) if check.name in RANGE_CHECKS)
 
-    def minimum(self) -> LineMinimum:
-        """The smallest objective within the allowed ranges: the best ratio of a grid, refined by Brent's method."""
+    def _grid(self) -> list[float]:
+        """A grid of ratios; if none of them is allowed, also the ratio between them that is nearest to its limits."""
         family = self.design.families[self.joint]
         grid = [float(ratio) for ratio in np.geomspace(family.low, family.high, GRID_POINTS)]
+        used = [self.binding_limit(ratio).utilisation for ratio in grid]
+        at = int(np.argmin(used))
+        if 1.0 < used[at] < math.inf:
+            ends = math.log(grid[max(at - 1, 0)]), math.log(grid[min(at + 1, GRID_POINTS - 1)])
+            found = minimize_scalar(
+                lambda x: self.binding_limit(math.exp(x)).utilisation, bounds=ends, method="bounded",
+                options={"xatol": 1e-4},
+            )  # fmt: skip
+            grid = sorted([*grid, math.exp(float(found.x))])
+        return grid
+
+    def minimum(self) -> LineMinimum:
+        """The smallest objective within the allowed ranges: the best ratio of a grid, refined by Brent's method."""
+        grid = self._grid()
         allowed = edges(lambda ratio: self.binding_limit(ratio).utilisation <= 1.0, grid, error=EDGE_TOLERANCE)
         ranges = list(allowed)
         if not ranges:
@@ -210,7 +224,7 @@ class LineSearch:
         at = int(np.argmin(values))
         first, last = next((a, b) for a, b in ranges if a.inside <= grid[at] <= b.inside)
         low, high = max(first.inside, grid[0]), min(last.inside, grid[-1])
-        left, right = max(low, grid[max(at - 1, 0)]), min(high, grid[min(at + 1, GRID_POINTS - 1)])
+        left, right = max(low, grid[max(at - 1, 0)]), min(high, grid[min(at + 1, len(grid) - 1)])
         found = minimize_scalar(
             lambda x: self.objective(math.exp(x)), bounds=(math.log(left), math.log(right)), method="bounded",
             options={"xatol": 1e-8},

@@ -78,6 +78,17 @@ def test_the_range_the_speed_and_the_voltage_end_it(make):
     assert joint.best < 100.0
 
 
+def test_a_range_between_two_ratios_of_the_grid_is_found(make):
+    """At 10.1 V only ratios about 110 are slow enough and need little enough current for the voltage."""
+    motor = bare_motor(make, resistance=3.0, inductance=1e-5, peak_current=500.0)
+    study = inertia_study(make, load=1.0, hold=6.0)
+    weak = Catalog({"m1": replace(motor, max_speed=5000.0)}, {"g1": make.gear})
+    study = replace(study, catalog=weak, supply=replace(study.supply, voltage=10.1))
+    for shift in (1.0, 1.1, 1.2, 1.3, 1.4):  # of the grid
+        (joint,) = free_ratios(study, free={"j1": FreeRatio(2.0 * shift, 2000.0 * shift)}).joints
+        assert 95.0 < joint.low < 110.0 < joint.high < 130.0 and joint.low <= joint.best <= joint.high
+
+
 def arm_study(make, goal_motor=None):
     motor = bare_motor(make, rotor_inertia=4e-4) if goal_motor is None else goal_motor
     study = make.study(make.sines(2, samples=61, duration=1.5, size=0.9), arm=make.planar_arm([0.4, 0.3], [1.0, 0.7]))
