@@ -444,7 +444,7 @@ def _notes(search: _CurveSearch, step: float, folded: int) -> list[str]:
     if folded:
         notes.append(
             f"{folded} piece{'s' * (folded > 1)} narrower than {NARROW * step:.3g} {search.vary.unit} folded into a "
-            "neighbour, whose set is feasible there too and worth little less"
+            "neighbour, whose set is feasible there too, though not the best"
         )
     if has_tolerances(search.study) and search.wanted is None:
         notes.append(
