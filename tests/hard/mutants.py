@@ -29,6 +29,7 @@ import signal
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from cProfile import Profile
 from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -229,24 +230,19 @@ class _Trials:
         """Of a test its seconds of a processor, whether it passes, and the functions of the package that it calls."""
         from _pytest.runner import runtestprotocol
 
-        found: set[CodeType] = set()
-
-        def seen(frame: Any, event: str, argument: Any) -> None:
-            if event == "call":
-                found.add(frame.f_code)
-
         if self.plain:
             _stop_after(PER_TEST)
-        begin = os.times()
-        sys.setprofile(seen)
+        begin, profile = os.times(), Profile()
+        profile.enable()
         try:
             reports = runtestprotocol(item, nextitem=None, log=False)
             passed = all(one.passed for one in reports)
         except TimeoutError:  # between two phases of a test
             passed = False
         finally:
-            sys.setprofile(None)
+            profile.disable()
             _stop_after(0.0)
+        found = [one.code for one in profile.getstats() if isinstance(one.code, CodeType)]
         prefix = f"{PACKAGE}/"
         calls = {f"{one.co_filename.removeprefix(prefix)}:{one.co_qualname}" for one in found
                  if one.co_filename.startswith(prefix)}  # fmt: skip

@@ -142,6 +142,32 @@ def test_every_goal_is_least_at_its_ratios(make, goal):
     assert np.ptp(joint.goal) > 0.0 or goal is Goal.MASS  # an ideal gear has no mass
 
 
+@pytest.mark.parametrize("goal", list(Goal))
+def test_values_of_the_goals(make, goal):
+    """Over both joints: sums of heat, energy and mass; the root of the mean square of used continuous currents."""
+    motor = bare_motor(make, rotor_inertia=1e-4)
+    study = arm_study(make, motor)
+    found = free_ratios(study, goal=goal, free={"j2": FreeRatio(40.0, 60.0)})
+    first = Drive(motor, make.gear, study.joints[0].friction, None)
+    second = Drive(motor, found.joints[0].gear, study.joints[1].friction, None)
+    result = evaluate_drives(study, {"j1": first, "j2": second})
+    weights, series = study.cycle.weights, [one.series for one in result.joints.values()]
+    constant = float(torque_constant(motor, study.ambient))
+    squares = [float(weights @ one.motor_torque**2 / weights.sum()) / constant**2 for one in series]
+    # Steady state at the winding's limit: the rise is that of R(T) I^2 through both thermal resistances.
+    path = motor.resistance_winding_housing + motor.resistance_housing_ambient
+    hot = float(winding_resistance(motor, motor.max_winding_temperature))
+    lasting = (motor.max_winding_temperature - study.ambient) / (path * hot)
+    lasting = min(lasting, motor.nominal_current**2)
+    expected = {
+        Goal.HEAT: float(winding_resistance(motor, study.ambient)) * sum(squares),
+        Goal.CURRENT: math.sqrt(sum(squares) / (2.0 * lasting)),
+        Goal.ENERGY: sum(float(weights @ one.electrical_power) for one in series),
+        Goal.MASS: 2.0 * motor.mass + make.gear.mass,
+    }[goal]
+    assert found.value == pytest.approx(expected, rel=1e-9)
+
+
 def series(make):
     found = {}
     for torque in (5.0, 15.0, 45.0, 135.0):

@@ -11,8 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drivetrain.drive.drive import Drive
+from drivetrain.drive.friction import Friction
+from drivetrain.drive.gear import Gear, complete
+from drivetrain.drive.loops.servo_axis import ServoAxis, ServoTiming
 from drivetrain.drive.matching import GearFamily
-from drivetrain.sizing.answers import curve, fastest, ratio, ratio_descent
+from drivetrain.drive.motor import Motor
+from drivetrain.sizing.answers import curve, fastest, loops, ratio, ratio_descent
 from drivetrain.sizing.answers.trade_offs import usual_span
 from drivetrain.sizing.judge.vary import Vary, edge, edges, first_edge, worst_of
 from drivetrain.study.parts.verdicts import Check, Verdict
@@ -359,3 +364,80 @@ def test_usual_ranges_of_curves(make: SimpleNamespace) -> None:
     assert usual_span(study, Vary.PAYLOAD) == (2.0, 6.0) and usual_span(study, Vary.CYCLE_TIME) == (1.5, 3.0)
     assert usual_span(study, Vary.VOLTAGE) == (36.0, 60.0) and usual_span(study, Vary.AMBIENT) == (10.0, 50.0)
     assert all(low < high for low, high in itertools.pairwise(usual_span(study, Vary.PAYLOAD)))
+
+
+@pytest.mark.parametrize("period", [0.0, 1e-3])
+def test_step_responses_last_eight_time_constants(period: float) -> None:
+    """At most 600 points, at samples of the servo; the lighter load has the gains of the heavier one."""
+    axis, timing = ServoAxis(0.03, 50.0, 61e-7, 0.5), ServoTiming(6e3, period, 1)
+    motor = Motor("m", 0.5, 0.03, inductance=1e-4)
+    joint: Any = SimpleNamespace(name="door", drive=SimpleNamespace(motor=motor))
+    found = loops._joint_loops(joint, axis, 0.3, timing)
+    lasts, apart = 8.0 / found.design.position_gain, np.diff(found.time)
+    assert found.time[0] == 0.0 and np.allclose(apart, apart[0]) and 150 <= len(found.time) <= 600
+    assert lasts - 2.0 * apart[0] <= found.time[-1] <= lasts
+    if period:
+        assert apart[0] / period == pytest.approx(round(apart[0] / period))
+    for one in (found.step, found.light_step):
+        assert len(one) == len(found.time) and one[0] < 0.05 and one[-1] == pytest.approx(1.0, abs=0.02)
+    for name in ("speed_gain", "integral_time", "position_gain"):
+        assert getattr(found.light, name) == getattr(found.design, name)
+    assert (found.current_gain, found.current_integral) == pytest.approx((0.6, 3e3))
+    joint.drive.motor = replace(motor, inductance=None)
+    bare = loops._joint_loops(joint, axis, 0.5, timing)
+    assert bare.current_gain is None is bare.current_integral and bare.light is bare.design
+
+
+def test_servo_axes_of_a_joint() -> None:
+    """Heaviest load, spring damped by its largest inertia; nothing without an inertia."""
+    motor, gear = Motor("m", 0.5, 0.03, rotor_inertia=5e-5), complete(Gear("g", -40.0, inertia=1e-5, stiffness_1=3e3))
+    series = SimpleNamespace(load_inertia=np.array([0.4, 0.9, 0.6]))
+    joint: Any = SimpleNamespace(series=series, drive=Drive(motor, gear, Friction(), None))
+    axis, lightest = loops.servo_axes(joint, 0.05)  # type: ignore[misc]
+    assert (axis.ratio, axis.load_inertia, lightest, axis.stiffness) == (-40.0, 0.9, 0.4, 3e3)
+    assert axis.rotor_inertia == pytest.approx(6e-5)
+    assert axis.spring_damping == pytest.approx(2.0 * 0.05 * math.sqrt(3e3 * (0.4 + 1600.0 * 6e-5)))
+    series.load_inertia = np.array([0.4, 0.0])
+    assert loops.servo_axes(joint, 0.05) is None
+    series.load_inertia = None
+    assert loops.servo_axes(joint, 0.05) is None
+
+
+def answered(**used: float) -> Any:
+    """An evaluation whose checks at ``joint`` have these utilisations."""
+    checks = tuple(
+        Check(name.replace("_", " "), share, 1.0, "-", share, Verdict.PASS, 1.5 if share else None)
+        for name, share in used.items()
+    )
+    return SimpleNamespace(joints={"a": SimpleNamespace(checks=checks)}, shared=(), drives={})
+
+
+@pytest.mark.parametrize(
+    ("used", "limit", "said"),
+    [
+        (0.97, 4.0, ("a", "motor speed", 1.5)), (0.6, 4.0, ("a", "motor speed", 1.5)),
+        (0.97, 2.0, ("j2", fastest.SPEED_LIMIT, 3.0)),
+    ],
+)  # fmt: skip
+def test_what_limits_each_move(
+    make: SimpleNamespace, monkeypatch: pytest.MonkeyPatch, used: float, limit: float, said: tuple[str, str, float]
+) -> None:
+    """The check at an instant with the largest utilisation, or the arm's speed limit; else that of the whole cycle."""
+    time = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    velocity = np.array([[0.0, 0.0], [1.0, -1.2], [0.0, 0.0], [0.5, -1.98], [0.5, 1.0], [0.0, 0.0]])
+    cycle = replace(make.arm_cycle(time, velocity, velocity, velocity), segment=np.array([0, 0, 0, 1, 1, 1]),
+                    segment_names=("there", "back"))  # fmt: skip
+    study = SimpleNamespace(cycle=cycle, arm=SimpleNamespace(speed_limits=np.array([10.0, limit])))
+    whole = SimpleNamespace(study=replace(make.study(cycle), arm=None), drives={})
+    object.__setattr__(whole.study, "arm", study.arm)
+    moves = [slice(0, 3), slice(2, 6)]
+    best: Any = SimpleNamespace(evaluation=whole, moves=moves, edges=np.array([0.8, 0.7]), pace=np.array([0.9, 0.7]),
+                                over_cycle=("b", "motor RMS current"))  # fmt: skip
+    own = replace(cycle, time=2.0 * time)
+    alone = answered(motor_peak_torque=0.5, motor_speed=used, gear_peak=0.2)
+    monkeypatch.setattr(fastest, "evaluate", lambda one, drives: alone)
+    first, second = fastest._move_times(own, moves, best)
+    assert (first.name, first.start, first.before, first.after) == ("there", 0.0, 4.0, 2.0)
+    assert (first.place, first.check) == ("b", "motor RMS current") and math.isnan(first.time)
+    assert (second.name, second.start, second.before, second.after) == ("back", 2.0, 6.0, 3.0)
+    assert (second.place, second.check, second.time) == said
