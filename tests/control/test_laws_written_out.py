@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from crank_arm import DIFFERENTIAL, short_crank, two_links
+from numba import types
 
 import drivetrain as dt
 from drivetrain.arm.arm import Arm
@@ -25,6 +27,7 @@ from drivetrain.drive.motor import Motor
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.dynamics.closed import whole_motion
 from drivetrain.effects.motor.winding_heat import WindingHeat
+from drivetrain.jit import callback
 from drivetrain.records import as_records
 
 AMBIENT, INNER, OUTER, WINDING, HOUSING = 22.0, 0.6, 1.7, 30.0, 40.0  # [C], [K/W], [K/W], [J/K], [J/K]
@@ -176,20 +179,32 @@ def test_feedback_and_balances_of_a_tick() -> None:
         assert axis.wanted * constant == pytest.approx(turning_torque(-12.0, speed))
 
 
-def ticked(arm: Arm, axes: list[Axis], targets: np.ndarray, base: np.ndarray | None = None) -> Any:
-    """The axes after one tick of an arm, by the laws in plain Python."""
+def remembered(arm: Arm, axes: list[Axis], targets: np.ndarray, base: np.ndarray | None) -> list[Any]:
+    """The arrays of a tick, with a linkage at the targets."""
     carried = 0 if base is None else 6
     memory = commander.memory(arm, as_records(axes), targets, carried=carried)
     if arm.linkage is not None:
-        memory[commander.WHOLE_AT]["place"] = whole_motion(
-            arm.linkage, targets[:1], targets[1:2], targets[2:3]
-        ).position
+        still = 0.0 * targets[:1]
+        memory[commander.WHOLE_AT]["place"] = whole_motion(arm.linkage, targets[:1], still, still).position
     if base is not None:
         memory[commander.OWN_AT][:, :carried] = base
+    return memory
+
+
+def ticked(memory: list[Any], targets: np.ndarray) -> list[Any]:
+    """The axes after a tick, by the laws in plain Python."""
     own = [_plain(one) for one in memory[commander.LINKS_AT : commander.SHARES_AT + 1]]
     found = _plain(memory[commander.AXES_AT])
     laws.command(Chains(*own, _pins(SimpleNamespace(memory=memory))), found, targets, 1.0)  # type: ignore[arg-type]
     return found
+
+
+def called(memory: list[Any]) -> int:
+    """A tick as a controller calls it, by the addresses of the arrays; why it is refused, 0 if it is not."""
+    function = callback(types.void(types.CPointer(types.voidptr)), commander._tick).ctypes
+    addresses = np.array([one.ctypes.data for one in memory], dtype=np.intp)
+    function(ctypes.cast(addresses.ctypes.data, function.argtypes[0]))
+    return int(memory[commander.SIZES][9])
 
 
 @pytest.mark.parametrize("which", ["two links", "coupled", "four-bar", "coupled four-bar", "moving base"])
@@ -201,7 +216,7 @@ def test_torques_of_a_tick_are_those_of_inverse_dynamics(which: str) -> None:
     arm = dt.with_rotors(bare, [dt.Rotor(*one) for one in zip(ratios, inertias, strict=True)])
     axes = [
         an_axis(gear=complete(Gear("g", ratio, efficiency=1.0, inertia=0.0)), travel=travel,
-                     joint=Friction(viscous=2.0), shaft=Friction(), balances=Balances())
+                     joint=Friction(viscous=2.0), shaft=Friction(), balances=Balances(), bandwidth=0.0, volts=9.0)
         for ratio, travel in zip(ratios, travels, strict=True)
     ]  # fmt: skip
     rng = np.random.default_rng(8)
@@ -212,11 +227,34 @@ def test_torques_of_a_tick_are_those_of_inverse_dynamics(which: str) -> None:
             base = rng.uniform(-0.5, 0.5, (3, 6)) * np.array([[1.0], [2.0], [4.0]])
             moved = tuple(np.concatenate(both) for both in zip(base, moved, strict=True))
         whole = dt.inverse_dynamics(arm if base is None else on_moving_base(arm), *moved)[-2:]
-        found = ticked(arm, axes, np.array([q, qd, qdd, q, qd]), base)
+        measured = qd + rng.uniform(-1.0, 1.0, 2)
+        targets = np.array([q, qd, qdd, q, measured])
+        found = ticked(remembered(arm, axes, targets, base), targets)
         torque = shaft_torques(arm, whole) * travels + 2.0 * shaft_turns(arm) @ qd / travels
         wanted = np.array([axis.wanted for axis in found]) * CONSTANT * (1.0 + MAGNETS * (45.0 - 25.0)) * ratios
         np.testing.assert_allclose(wanted, torque, rtol=1e-9, atol=1e-9 * np.abs(torque).max())
+        turning = ratios * (shaft_turns(arm) @ measured) / travels
+        for axis, fresh, speed in zip(found, _plain(as_records(axes)), turning, strict=True):
+            fresh.wanted, warm = axis.wanted, RESISTANCE * (1.0 + 0.0039 * (70.0 - 25.0))
+            limit = laws.limited(fresh, CONSTANT * (1.0 + MAGNETS * (45.0 - 25.0)), warm, speed)
+            assert axis.current == pytest.approx(limit, rel=1e-9)
+        memory = remembered(arm, axes, targets, base)
+        assert called(memory) == 0
+        for name in ("wanted", "current", "overload"):
+            same = pytest.approx([getattr(axis, name) for axis in found], rel=1e-9, abs=1e-12)
+            assert memory[commander.AXES_AT][name].tolist() == same
         if which == "two links":  # the second rotor turns with the first link, besides
             rotors = inertias * ratios * (ratios * qdd + [0.0, qdd[0]])
             assert [axis.rotor_torque for axis in found] == pytest.approx(rotors, rel=1e-9)
             assert [axis.load for axis in found] == pytest.approx(whole - rotors, rel=1e-9)
+
+
+@pytest.mark.parametrize("which", ["two links", "moving base"])
+def test_numbers_too_large_to_be_squared_are_refused(which: str) -> None:
+    """Each row of the targets, and of the motion of the base; the currents stay."""
+    arm, axes, base = two_links().arm, [an_axis(), an_axis()], np.zeros((3, 6)) if which == "moving base" else None
+    rows = [(commander.TARGETS_AT, k) for k in range(5)]
+    for at, row in [*rows, *([] if base is None else [(commander.OWN_AT, k) for k in range(3)])]:
+        memory = remembered(arm, axes, np.zeros((5, 2)), base)
+        memory[at][row, 1] = 1e151
+        assert called(memory) == commander.NOT_FINITE and (memory[commander.AXES_AT]["current"] == 4.0).all()

@@ -95,6 +95,7 @@ def test_common_motors_or_gears_are_the_best(make, seed):
         assert found.objective == pytest.approx(best, rel=1e-9) and found.bound == pytest.approx(best, rel=1e-9)
         assert not whole.drives or found.objective <= whole.objective + 1e-9
         assert found.drives == dict(found.evaluations[0].drives)  # of the first member
+        assert found.counters["searches"] >= len(members)  # one for each at least
         for joint in found.drives:
             assert len({one.drives[joint][which] for one in found.evaluations}) == 1
         assert all(one.feasible for one in found.evaluations)

@@ -242,6 +242,17 @@ def test_an_ideal_gear_and_missing_data_are_told(make) -> None:
     assert unknown.closed_forms.matching is None
 
 
+def test_without_a_continuous_current_there_is_no_rated_range(make) -> None:
+    """The ratios of least torque need none."""
+    silent = replace(make.motor, nominal_current=None, resistance_winding_housing=None, resistance_housing_ambient=None)
+    found = ratio_study(one_axis(make, catalog=Catalog({"m1": silent}, {"g1": make.gear})), "j1", ratios=[40.0, 80.0])
+    assert found.closed_forms.rated is None is found.closed_forms.load_match
+    assert found.limits.continuous_torque is None and found.closed_forms.matching is None
+    known = ratio_study(one_axis(make), "j1", ratios=[40.0, 80.0]).closed_forms
+    assert found.closed_forms.least_rms == pytest.approx(known.least_rms, rel=1e-9)
+    assert found.closed_forms.least_peak == pytest.approx(known.least_peak, rel=1e-9)
+
+
 def test_every_moving_joint_and_chosen_drives(make) -> None:
     study = arm_study(make)
     found = ratio_studies(study)

@@ -94,6 +94,27 @@ def test_pieces_are_the_lower_envelope(monkeypatch: pytest.MonkeyPatch) -> None:
     assert tried > 10
 
 
+def test_no_third_set_is_better_at_a_breakpoint() -> None:
+    """On a coarse grid, between whose values sets come and go: the best one on both sides of each breakpoint."""
+    tried = 0
+    for seed in range(60):
+        row, wanted = drawn(seed)
+        if len(wanted) < 3:
+            continue
+        found = [row.selected(value, None) for value in (0.0, 0.5, 1.0)]
+        starts = [(0.0, found[0])]
+        for one in found:
+            curve._find_breakpoints(row, starts, one, 1e-7, 1e-3)  # type: ignore[arg-type]
+        for (_, before), (value, after) in itertools.pairwise(starts):
+            for one, there in ((before, value - 1e-6), (after, value + 1e-6)):
+                best = row.best(there)
+                assert one.drives == ({"j": (best, "")} if best else {})
+            tried += 1
+        assert [value for value, _ in starts] == sorted(value for value, _ in starts)
+        assert len(starts) <= len(wanted)
+    assert tried > 10
+
+
 def test_a_set_may_replace_another_where_it_is_no_worse() -> None:
     """At all evaluated points of the interval; at any cost only feasibility counts."""
     row: Any = Lines({"a": (0.0, 1.0, 2.0, 0.0), "b": (0.2, 1.0, 2.0, 0.0), "c": (0.0, 1.0, 1.9, 0.2)})
@@ -105,7 +126,8 @@ def test_a_set_may_replace_another_where_it_is_no_worse() -> None:
     assert good("b", 0.2, 0.9) and not good("b", 0.1, 0.9) and not good("b", 0.1, 0.9, at_any_cost=True)
     assert good("c", 0.0, 0.5) and not good("c", 0.0, 0.6) and good("c", 0.0, 0.6, at_any_cost=True)
     assert not good("a", 0.1, 0.9, "b")  # where the other is infeasible there is nothing to replace
-    assert not good("", 0.2, 0.9) and not good("a", 0.2, 0.9, "")
+    for cost in (False, True):  # a range without a set stays one
+        assert not good("", 0.2, 0.9, at_any_cost=cost) and not good("a", 0.2, 0.9, "", at_any_cost=cost)
 
 
 @pytest.mark.parametrize(("way", "feasible"), [(1, True), (-1, False), (1, False)])
@@ -187,7 +209,7 @@ def test_moves_lie_between_rests(make: SimpleNamespace) -> None:
     """Rest, move, turning point under acceleration, move, rest with two samples at one instant, move."""
     time = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.0, 3.5, 4.0])
     speed = np.array([0.0, 0.0, 1.0, 0.0, -1.0, 1.0, 0.0, 0.0, 1.0, 0.0])
-    push = np.array([0.0, 0.0, 1.0, -2.0, 1.0, 1.0, 3.0, 2.0, 1.0, 0.0])
+    push = np.array([0.0, 0.0, 1.0, -0.2, 1.0, 1.0, 3.0, 2.0, 1.0, 0.0])
     cycle = make.arm_cycle(time, np.zeros((10, 1)), speed[:, None], push[:, None])
     assert fastest.moves_of(cycle) == [slice(1, 7), slice(7, 10)]
     halves = replace(cycle, parts=(slice(0, 5), slice(5, 10)), shares=(0.5, 0.5), part_names=("a", "b"))
@@ -212,21 +234,21 @@ def test_limits_and_use_of_the_best_cycle(make: SimpleNamespace) -> None:
     joints = {
         "a": joint({"gear repeated peak torque": 0.5, "gear momentary peak torque": 0.2, "motor voltage": 0.8,
                     "motor speed": 0.25, "motor peak torque": 0.4, "cold start torque": 0.6}),
-        "b": joint({"gear repeated peak torque": 0.9, "motor voltage": 0.4, "motor speed": 0.5,
-                    "motor peak current": 0.3}),
+        "b": joint({"gear repeated peak torque": 0.04, "motor voltage": 0.03, "motor speed": 0.05,
+                    "motor peak current": 0.02}),
     }  # fmt: skip
     velocity = np.array([[1.0, -3.0], [-2.0, 0.5]])
     cycle = make.arm_cycle([0.0, 1.0], velocity, velocity, velocity)
     arm = SimpleNamespace(speed_limits=np.array([5.0, 100.0]))
     evaluation = SimpleNamespace(study=SimpleNamespace(cycle=cycle, arm=arm), joints=joints)
     torque, speed, volts = fastest._allowed(SimpleNamespace(evaluation=evaluation))  # type: ignore[arg-type]
-    for i, (one, gear, motor, voltage) in enumerate(zip(joints.values(), (0.5, 0.9), (0.6, 0.3), (0.8, 0.4),
+    for i, (one, gear, motor, voltage) in enumerate(zip(joints.values(), (0.5, 0.04), (0.6, 0.02), (0.8, 0.03),
                                                         strict=True)):  # fmt: skip
         assert torque[:, i] == pytest.approx([
             np.abs(one.series.gear_torque).max() / gear, np.abs(one.series.motor_torque).max() / motor
         ])  # fmt: skip
         assert volts[:, i] == pytest.approx(np.array([2.0, 0.3]) * voltage / np.abs(one.series.voltage).max())
-    np.testing.assert_allclose(speed, [5.0, 3.0 / 0.5])  # the arm's limit, and 2 / 0.25 of the checks is more
+    np.testing.assert_allclose(speed, [5.0, 3.0 / 0.05])  # the arm's limit, and 2 / 0.25 of the checks is more
 
 
 def test_boundaries_by_bisection() -> None:
