@@ -252,7 +252,7 @@ def test_torques_of_a_tick_are_those_of_inverse_dynamics(which: str) -> None:
 @pytest.mark.parametrize("which", ["two links", "moving base"])
 def test_numbers_too_large_to_be_squared_are_refused(which: str) -> None:
     """Each row of the targets, and of the motion of the base; the currents stay."""
-    arm, axes, base = two_links().arm, [an_axis(), an_axis()], np.zeros((3, 6)) if which == "moving base" else None
+    arm, axes, base = two_links().arm, [an_axis(), an_axis()], np.full((3, 6), 0.1) if which == "moving base" else None
     rows = [(commander.TARGETS_AT, k) for k in range(5)]
     for at, row in [*rows, *([] if base is None else [(commander.OWN_AT, k) for k in range(3)])]:
         memory = remembered(arm, axes, np.zeros((5, 2)), base)

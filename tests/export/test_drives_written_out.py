@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import yaml
 from sizing.conftest import GEAR, MOTOR, planar_arm, sines, study, task
 
 import drivetrain as dt
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
 from drivetrain.drive.friction import Friction
-from drivetrain.export.drives import DriveData, exported, in_frame, joint_limits
-from drivetrain.export.limits import _envelope
+from drivetrain.export.currents import _quoted
+from drivetrain.export.drives import DriveData, _drive, exported, in_frame, joint_limits
+from drivetrain.export.limits import _envelope, write_ros2
+from drivetrain.export.sdf import write_sdf
 from drivetrain.sizing.results import JointResult
 
 WIDE = {"motor": {"peak_torque": 90.0, "peak_current": 900.0, "max_speed": 9e4}, "current": 800.0, "volts": 500.0,
         "gear": {"repeated_peak_torque": 9e4, "max_input_speed": 9e4}}  # fmt: skip
 
 
-def changed(**changes: Any) -> tuple[DriveData, JointResult]:
+def changed(travel: float | None = None, **changes: Any) -> tuple[DriveData, JointResult]:
     """One axis with a gear of -50 and 80 %, friction that differs between directions, at 31 C; as data and as judged.
 
     Every limit is far away, except those that are given.
@@ -40,7 +45,11 @@ def changed(**changes: Any) -> tuple[DriveData, JointResult]:
     made = study(sines(1), arm=planar_arm([0.3], [1.0]), joints=(own,), ambient=31.0, supply=Supply(asked["volts"]),
                  catalog=Catalog({"m1": motor}, {"g1": gear}))  # fmt: skip
     evaluation = dt.evaluate(made)
-    return exported(evaluation, "urdf")[1][0], evaluation.joints["j1"]
+    result = evaluation.joints["j1"]
+    if travel is None:
+        return exported(evaluation, "urdf")[1][0], result
+    slide: Any = SimpleNamespace(name="j1", travel_per_turn=travel, housing_to_ambient=None)
+    return _drive(evaluation.study, slide, result), result
 
 
 def warm(result: JointResult) -> float:
@@ -131,3 +140,46 @@ def test_a_point_in_a_frame() -> None:
     frame[:3] = [[0.0, -1.0, 0.0, 1.0], [0.6, 0.0, -0.8, 2.0], [0.8, 0.0, 0.6, -0.5]]
     point = np.array([0.2, -0.7, 0.9])
     np.testing.assert_allclose(frame[:3, :3] @ in_frame(frame, point) + frame[:3, 3], point, atol=1e-12)
+
+
+def test_a_slide_has_forces_and_speeds_along_it() -> None:
+    """Of 0.02 m a radian of the gear's output: torques over it, speeds times it, viscous friction over its square."""
+    turned, slid = changed()[0], changed(travel=0.02)[0]
+    for name, power in {"ratio": -1, "effort": -1, "speed": 1, "continuous": -1, "coulomb": -1, "viscous": -2}.items():
+        assert getattr(slid, name) == pytest.approx(getattr(turned, name) * 0.02**power, rel=1e-12)
+    for name in ("rotor_inertia", "constant", "resistance", "volts", "current", "torque", "thermal"):
+        assert getattr(slid, name) == getattr(turned, name)
+
+
+def test_files_of_two_drives(tmp_path: Path) -> None:
+    """Every number of a drive stands at its joint, in SDF and in the tag of ros2_control."""
+    tasks = (task("j1", friction=Friction(3.0, viscous=0.4)), task("j2", motor_friction=Friction(0.02, viscous=1e-4)))
+    evaluation = dt.evaluate(study(sines(2), arm=planar_arm([0.3, 0.2], [1.0, 0.5]), joints=tasks))
+    write_sdf(evaluation, tmp_path / "arm.sdf")
+    write_ros2(evaluation, tmp_path / "limits.yaml")
+    model = ElementTree.parse(tmp_path / "arm.sdf").getroot().find("model")
+    tags = ElementTree.parse(tmp_path / "limits.ros2_control.xacro").getroot()
+    assert model is not None
+    arm, drives = exported(evaluation, "sdf")
+    speeds, efforts = joint_limits(arm, drives)
+    for drive, speed, effort in zip(drives, speeds, efforts, strict=True):
+        (joint,) = (one for one in model.iter("joint") if one.get("name") == drive.joint)
+        told = {one.tag.rpartition("}")[2]: one.text for one in joint.iter()}
+        wanted = {"effort": effort, "velocity": speed, "damping": drive.viscous, "friction": drive.coulomb,
+                  "rotor_inertia": drive.rotor_inertia, "gear_ratio": drive.ratio}  # fmt: skip
+        assert {name: float(told[name] or "") for name in wanted} == pytest.approx(wanted, rel=1e-9)
+        (joint,) = (one for one in tags.iter("joint") if one.get("name") == drive.joint)
+        ends = {one.get("name"): float(one.text or "") for one in joint.iter("param")}
+        assert ends == pytest.approx({"min": -effort, "max": effort}, rel=1e-9)
+    (tip,) = model.iter("frame")
+    assert [float(one) for one in (tip.findtext("pose") or "").split()] == pytest.approx(
+        [0.2, 0, 0, 0, 0, 0], abs=1e-12
+    )
+    masses = [float(one.text or "") for one in model.iter("mass")]
+    assert sum(masses) == pytest.approx(sum(arm.masses) + sum(one.mass for one in arm.rotors if one is not None))
+
+
+def test_names_that_yaml_would_misread_are_quoted() -> None:
+    for name in ("j1", "left-arm.2", "a b", "it's", "1st", "no: thing", "# x"):
+        assert yaml.safe_load(f"[{_quoted(name)}]") == [name]
+    assert _quoted("j1") == "j1"
