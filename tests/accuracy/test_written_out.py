@@ -23,6 +23,7 @@ from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.gear.mesh_loss import MeshLoss
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
+from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError
 from drivetrain.simulation.cost_results import Change, Choice, Decision, JointDecision
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
@@ -122,9 +123,9 @@ def test_heat_of_a_constant_current(heated: bool) -> None:
     powers = {"motor_friction_power": 4.0, "motor_viscous_power": 2.0, "mesh_power": 10.0, "gear_drag_power": 3.0}
     time = np.linspace(0.0, 2.0, 21)
     run = recorded(time, {f"joint.{name}": value for name, value in powers.items()} | {"joint.current": current})
-    basis = Basis({"joint": motor}, {"joint": network}, {"joint": 0.4})
+    basis = Basis({"joint": motor}, {"joint": WindingHeat(network, gear_heat=0.4, constant_loss=1.7)})
     found = decision._heat("joint", time, {name: one.values for name, one in run.series.items()}, basis, heated)
-    lost = 4.0 + 2.0 + 0.4 * 10.0 + (0.4 - 1.0) * 3.0
+    lost = 1.7 + 4.0 + 2.0 + 0.4 * 10.0 + (0.4 - 1.0) * 3.0
     copper, slope = motor.resistance * current**2, 0.0
     if heated:  # the resistance is that of the winding's own temperature
         slope = 0.0039 / (1.0 + 0.0039 * (motor.reference_temperature - 25.0))
@@ -137,7 +138,7 @@ def test_heat_of_a_constant_current(heated: bool) -> None:
         ambient + rise - inner * (rise - lost * outer) / path if heated else motor.reference_temperature
     )
     assert decision._heat("joint", time, {}, basis, heated) is None
-    other = replace(basis, networks={})
+    other = replace(basis, heats={})
     assert decision._heat("joint", time, {"joint.current": run["joint.current"]}, other, heated) is None
 
 
@@ -438,12 +439,12 @@ def test_a_finer_run_that_differs_is_reported(factor: float, warned: bool) -> No
     assert len(found) == warned
     if warned:
         percent = 100.0 * abs(factor - 1.0)
-        assert found[0].detail.startswith(f"joint.peak_current changes by {percent:.2g} % with finest")
+        assert found[0].detail.startswith(f"finest changes joint.peak_current by {percent:.2g} %")
         assert (found[0].time, found[0].name) == (run.time[-1], "verify")
     far = values | {"joint.deviation": (0.05 * travel, 0.0)}
-    assert "joint.deviation changes by 5 %" in verify._changed(run, finer, ALONE, far)[0].detail
+    assert "joint.deviation by 5 %" in verify._changed(run, finer, ALONE, far)[0].detail
     away = values | {"tip_deviation": (0.0, 0.06 * float(np.ptp(run["joint.command_position"])))}
-    assert "tip_deviation changes by 6 %" in verify._changed(run, finer, ALONE, away)[0].detail
+    assert "tip_deviation by 6 %" in verify._changed(run, finer, ALONE, away)[0].detail
 
 
 def test_currents_of_both_directions_compared() -> None:

@@ -19,7 +19,7 @@ from drivetrain.drive.matching import GearFamily
 from drivetrain.drive.motor import Motor
 from drivetrain.sizing.answers import curve, fastest, loops, ratio, ratio_descent
 from drivetrain.sizing.answers.trade_offs import usual_span
-from drivetrain.sizing.judge.vary import Vary, edge, edges, first_edge, worst_of
+from drivetrain.sizing.judge.vary import Vary, Worst, edge, edges, first_edge, worst_of
 from drivetrain.study.parts.verdicts import Check, Verdict
 
 STEP = 1.0 / 16.0  # of the grid of a curve
@@ -323,19 +323,19 @@ def test_only_checks_that_the_ratio_changes_decide() -> None:
     assert ratio._strain(same)(same[0]) == 0.95
 
 
-class Bowl:
-    """A design whose objective is a parabola of the logarithm of a ratio, with limits on a range."""
+class Bowl(ratio_descent.LineSearch):
+    """A search whose objective is a parabola of the logarithm of a ratio, with limits on a range."""
 
     def __init__(self, least: float, low: float, high: float) -> None:
-        self.least, self.low, self.high = least, low, high
-        self.families = {0: GearFamily("", 10.0, 1000.0)}
+        self.least, self.low, self.high, self.joint = least, low, high, 0
+        self.design: Any = SimpleNamespace(families={0: GearFamily("", 10.0, 1000.0)})
 
     def objective(self, value: float) -> float:
         return 1.0 + math.log(value / self.least) ** 2
 
-    def limit(self, value: float) -> SimpleNamespace:
+    def binding_limit(self, value: float) -> Worst:
         used, name = max((value / self.high, "motor speed"), (self.low / value, "gear mean input speed"))
-        return SimpleNamespace(utilisation=used, check=name)
+        return Worst(name, used)
 
 
 @pytest.mark.parametrize(
@@ -350,9 +350,7 @@ class Bowl:
 def test_the_least_within_the_limits_of_a_ratio(
     least: float, low: float, high: float, best: float, ended_by: str
 ) -> None:
-    bowl = Bowl(least, low, high)
-    search: Any = SimpleNamespace(design=bowl, joint=0, objective=bowl.objective, binding_limit=bowl.limit)
-    found = ratio_descent.LineSearch.minimum(search)
+    found = Bowl(least, low, high).minimum()
     assert found.ratio == pytest.approx(best, rel=1e-6) and found.ended_by == ended_by
     if low < 1000.0:
         assert (found.low, found.high) == (pytest.approx(max(low, 10.0)), pytest.approx(min(high, 1000.0)))
