@@ -82,9 +82,9 @@ def _changed(
     travels["tip_deviation"] = tip_travel(scene, recording)
     sizes = {name: max(travels.get(name, 0.0), abs(b)) for name, (_, b) in values.items()}
     shares = {
-        name: abs(a - b) / sizes[name] if math.isfinite(a - b) else math.inf
+        name: abs(a - b) / sizes[name] if math.isfinite(a - b) else math.inf  # infinite or unknown in one run only
         for name, (a, b) in values.items()
-        if a != b and not sizes[name] <= SMALLEST_SIZE
+        if a != b and (sizes[name] > SMALLEST_SIZE or math.isnan(b))
     }
     worst = max(shares, key=lambda name: shares[name], default="")
     if worst and shares[worst] > LARGEST_CHANGE:

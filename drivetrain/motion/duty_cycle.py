@@ -318,9 +318,9 @@ def _rest(step: Step, position: Array, torque: Array) -> _Block:
 
 def _pressing(block: _Block, force: StepForce) -> _Block:
     """The samples of a step with the force at the tip, and with further samples where the force has kinks."""
-    near = TIME_ROUNDING * block.time[-1]
-    apart = np.abs(force.times[:, np.newaxis] - block.time).min(axis=1, initial=np.inf) > near
-    new = np.unique(force.times[apart & (force.times < block.time[-1])])
+    within = force.times[(force.times > block.time[0]) & (force.times < block.time[-1])]
+    away = np.abs(within[:, np.newaxis] - block.time).min(axis=1)
+    new = np.unique(within[away > TIME_ROUNDING * block.time[-1]])
     at = np.searchsorted(block.time, new)
     share = (new - block.time[at - 1]) / (block.time[at] - block.time[at - 1])
     series = {

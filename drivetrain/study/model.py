@@ -90,8 +90,8 @@ class ProcessForce:
         moment: Moment in addition to that of the force [N m], (3,).
         point: Point in the tip frame at which the force acts [m], (3,).
         axes: Axes of force and moment: those of the ``tip`` frame, which turn with it, or of the ``base`` frame.
-        along_motion: Force in the direction in which the point moves [N], in addition; 0 while it rests. Positive: the
-            tip pushes ahead, such as against the cutting force of a milling tool.
+        along_motion: Force in the direction in which the point moves relative to the base [N], in addition; 0 while it
+            rests. Positive: the tip pushes ahead, such as against the cutting force of a milling tool.
         applied_by: Whether they are what the ``tip`` applies to its surroundings, or what the ``surroundings`` apply to
             the tip.
         table: Instead of ``force`` and ``moment``, these over the time since the beginning of the step: time [s],

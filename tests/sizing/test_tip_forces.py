@@ -202,7 +202,7 @@ def test_joint_torques_do_the_work_of_the_force(force, axes):
 
 def test_a_force_over_time_from_a_table():
     """Kinks of the table become samples, in every repetition and in dwells; between them the force is linear."""
-    rows = "time [s],force_z [N],moment_x [N cm]\n0,0,0\n0.1,-50,100\n0.25,-50,0\n10,0,0\n"
+    rows = "time [s],force_z [N],moment_x [N cm]\n-0.1,50,-100\n0,0,0\n0.1,-50,100\n0.25,-50,0\n10,0,0\n"
     held = {"dwell": 0.3, "repetitions": 2, "force": "press"}
     study = study_of({"samples": rows}, cycle=[{"motion": "there", "force": "press"}, held, {"motion": "back"}])
     cycle, begin = study.cycle, np.searchsorted(study.cycle.segment, 1)

@@ -228,7 +228,8 @@ def _march(
         wound = np.where(braked, wound, before)
         turning = np.where(braked, np.maximum(turning, np.abs(speed)), np.abs(speed))
         taken = driven.stages * np.abs(acceleration)
-        more = ~(driven.onward * (swung + taken) <= found.torque[rows]).all(axis=1)  # not of those with more before
+        # the others need no bound: their gears were loaded more at an earlier instant
+        more = ~(driven.onward * (swung + taken) <= found.torque[rows]).all(axis=1)
         excess = (wound - still)[more]
         bound = np.abs(still[more]) + struck_torques(carried[more], driven.stiffest, turning[more], excess)
         swung[more] = np.minimum(swung[more], bound)
