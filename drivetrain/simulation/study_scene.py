@@ -48,6 +48,7 @@ from drivetrain.records import as_record, known
 from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+from drivetrain.spatial.wrenches import turned
 from drivetrain.study.model import JointTask, Study, refuse_moving_base
 from drivetrain.study.parts.mounting import TWO_AS_ONE, as_single, loaded_arm, motor_pairs, run_apart, two_as_one
 
@@ -284,7 +285,7 @@ def _tip_forces(study: Study, arm: Arm | Inertia, repetitions: int) -> tuple[Eff
     if cycle.tip_wrench is None or not isinstance(arm, Arm):
         return ()
     rotation = tip_pose(*main_chain(arm, cycle.position))[:, :3, :3]
-    moment, force = (-(rotation @ part[:, :, None])[:, :, 0] for part in np.hsplit(cycle.tip_wrench, 2))
+    moment, force = np.hsplit(-turned(rotation, cycle.tip_wrench), 2)
     return (TipForce(cycle.time, force, moment, repetitions),)
 
 

@@ -47,6 +47,11 @@ def dual_bracket(twist: Any, wrench: Any) -> Array:
     return like(np.hstack([moment, np.cross(f[:, 3:], v[:, :3])]), twist)
 
 
+def turned(rotation: Array, rows: Array) -> Array:
+    """Twists or wrenches about the same point in turned axes: both parts multiplied by rotations (N, 3, 3), (N, 6)."""
+    return np.asarray((rows.reshape(-1, 2, 3) @ np.swapaxes(rotation, 1, 2)).reshape(-1, 6))
+
+
 def same_batches(**named: Any) -> list[Array]:
     """Twists or wrenches of one shape, (6,) or (N, 6), as batches (N, 6), with N = 1 for one sample."""
     arrays = [batch(value, 6, name) for name, value in named.items()]

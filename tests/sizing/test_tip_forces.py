@@ -256,6 +256,17 @@ def test_what_is_wrong_with_a_force_is_said(changes, said):
         study_of({}, **changes)
 
 
+@pytest.mark.parametrize("force", [{"force": [0, 0, 1], "axes": "base"}, {"along_motion": 1.0}])
+def test_forces_on_arms_with_loops_are_in_the_axes_of_the_tip(force):
+    folder = EXAMPLES / "palletiser"
+    stated = yaml.safe_load((folder / "study.yaml").read_text(encoding="utf-8"))
+    cycle = [{**step, "force": "push"} for step in stated["cycle"]]
+    stated |= {"arm": str(folder / "palletiser.urdf"), "forces": {"push": force}, "cycle": cycle}
+    with pytest.raises(InputError, match="is not known for arms with closed loops") as error:
+        load_study(stated)
+    assert len(error.value.faults) == 1
+
+
 def test_a_force_that_no_step_names_is_warned_of():
     free = [{"motion": "there"}, {"motion": "back"}]
     study = study_of({"force": [0, 0, 1]}, cycle=free)

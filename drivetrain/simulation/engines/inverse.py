@@ -39,6 +39,7 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.planning.plan import plan as planned
 from drivetrain.simulation.planning.wiring import Instance, unit_at
 from drivetrain.simulation.recording import Event, Series
+from drivetrain.spatial.wrenches import turned
 
 MECHANICAL = {signal.name for signal in (*named.TAKEN, *named.SHAFT_TAKEN)}
 COMMANDED = (named.COMMAND_POSITION.name, named.COMMAND_SPEED.name, named.COMMAND_ACCELERATION.name)
@@ -131,9 +132,8 @@ def _tip_torques(plan: Plan, times: Array, position: Array) -> Array:
     for one in plan.instances:
         if isinstance(one.effect, TipForce) and isinstance(arm, Arm):
             rotation = tip_pose(*main_chain(arm, position))[:, :3, :3]
-            parts = np.hsplit(one.effect.at(times), 2)
-            wrench = np.hstack([(np.swapaxes(rotation, 1, 2) @ part[:, :, None])[:, :, 0] for part in parts])
-            torque -= tip_torque(arm, position, -wrench)
+            wrench = turned(np.swapaxes(rotation, 1, 2), one.effect.at(times))
+            torque += tip_torque(arm, position, wrench)  # J^T F
     return torque
 
 

@@ -201,12 +201,12 @@ def _safe_current(op: Any) -> str:
     """The largest current limit at which no stop overloads the gear and the current that holds the load, as text."""
     if op.drive.gear.momentary_torque is None:
         return ""
-    case, demand = op.judgement.case, op.demand
-    safe = op.safe_stop_current
+    case, safe = op.judgement.case, op.safe_stop_current
     if safe >= op.number("setting.stop_current"):
         return ""
-    static = np.abs(demand.gear_torque - _braking(op)[3] * demand.acceleration).max()
-    holding = float(static) / abs(float(case.gear.ratio * stop_constant(case)))  # without help of the mesh friction
+    _, _, static, _ = _braking(op)
+    # without help of the mesh friction
+    holding = float(np.abs(static).max()) / abs(float(case.gear.ratio * stop_constant(case)))
     text = "; no stop current keeps the gear within its limit"
     if safe > 0.0:
         text = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear within its limit"

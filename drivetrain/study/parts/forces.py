@@ -13,6 +13,7 @@ from drivetrain.arrays import Array
 from drivetrain.errors import Fault, InputError
 from drivetrain.motion.duty_cycle import GAP_ALLOWED, StepForce
 from drivetrain.motion.read import read_forces
+from drivetrain.spatial.wrenches import turned
 from drivetrain.study.document import Place
 from drivetrain.study.faults import Ledger
 from drivetrain.study.model import ProcessForce
@@ -40,7 +41,7 @@ def resolve_forces(form: StudyForm, arm: Arm | None, ledger: Ledger) -> dict[str
                 hint = "state it in the axes of the tip"
                 ledger.fault((*place, what), "is not known for arms with closed loops", getattr(own, what), hint)
         table = _table(own, source[0], place, ledger) if source else None
-        if not source or table is not None:
+        if not ledger.spoiled(place):
             found[name] = own.made(name=name, table=table)
     unused = set(form.forces) - named_forces(form)
     if unused and (form.cycle is not None or form.mix is not None):
@@ -83,10 +84,8 @@ def _tip_wrench(arm: Arm, force: ProcessForce, time: Array, position: Array, vel
     if force.axes == "base" or force.along_motion:
         pose, jacobian = tip_pose_and_jacobian(arm, position)
         into_tip = np.swapaxes(pose[:, :3, :3], 1, 2)
-        twist = (jacobian @ velocity[:, :, None])[:, :, 0]
-        if force.axes == "base":
-            wrench = np.hstack([(into_tip @ part[:, :, None])[:, :, 0] for part in (wrench[:, :3], wrench[:, 3:])])
-        turning, moving = ((into_tip @ part[:, :, None])[:, :, 0] for part in (twist[:, :3], twist[:, 3:]))
+        wrench = turned(into_tip, wrench) if force.axes == "base" else wrench
+        turning, moving = np.hsplit(turned(into_tip, (jacobian @ velocity[:, :, None])[:, :, 0]), 2)
         speed = moving + np.cross(turning, point)
         size = np.linalg.norm(speed, axis=1, keepdims=True)
         rests = size <= RESTING * size.max()
