@@ -147,9 +147,12 @@ def matlab_arrays(path: Path) -> dict[str, Any]:
 def numpy_arrays(path: Path) -> dict[str, Any]:
     """The arrays of a .npz file by name."""
     try:
-        with np.load(path) as held:
+        with path.open("rb") as file:
+            held = np.load(file)
+            if not isinstance(held, np.lib.npyio.NpzFile):
+                raise ValueError("it holds one array without a name")
             return {key: held[key] for key in held.files}
-    except (OSError, ValueError, EOFError) as error:
+    except Exception as error:  # for damaged files numpy raises many types of exceptions
         raise InputError(Fault("file", f"cannot be read as .npz: {error}", file=str(path))) from None
 
 

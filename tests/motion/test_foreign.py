@@ -130,3 +130,15 @@ def test_files_that_are_not_mat_files_are_errors(tmp_path: Path) -> None:
                 read(tmp_path / "move.mat", JOINTS)
     with pytest.raises(InputError, match="cannot be read"):
         read_motion(tmp_path / "missing.mat", JOINTS)
+
+
+def test_files_that_are_not_npz_files_are_errors(tmp_path: Path) -> None:
+    np.save(tmp_path / "one.npy", np.zeros(3))
+    np.savez_compressed(tmp_path / "whole.npz", t=np.arange(5000.0), q=np.zeros((5000, len(JOINTS))))
+    whole = (tmp_path / "whole.npz").read_bytes()
+    spoiled = whole[:200] + bytes(100) + whole[300:]
+    for content in (b"", b"PK\x03\x04", (tmp_path / "one.npy").read_bytes(), whole[:500], spoiled):
+        (tmp_path / "move.npz").write_bytes(content)
+        for read in (read_motion, read_recording):
+            with pytest.raises(InputError, match="cannot be read"):
+                read(tmp_path / "move.npz", JOINTS)
