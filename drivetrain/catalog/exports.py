@@ -228,8 +228,10 @@ def import_export(
             records.append(record)
     if not records and not refused and not faults.found:
         faults.add("the file", "holds no part below its headings")
-    first_ones = {(one.problem, one.hint) if one.problem == NO_UNIT else one.place: one for one in faults.found[::-1]}
-    raise_faults(reversed(first_ones.values()))
+    told = dict[Any, Fault]()
+    for one in faults.found:
+        told.setdefault((one.problem, one.hint) if one.problem == NO_UNIT else one.place, one)
+    raise_faults(told.values())
     if records:
         write_files(out, {name: table_text(records, TABLES[name])})
     taken = {at for _, at, _ in places.values()}
