@@ -29,8 +29,8 @@ PARTS = (
     "motor friction", "rotor inertia",
 )  # fmt: skip
 """Causes of the current: acceleration, gravity and velocity terms of the arm, counterbalances (and the preload of two
-motors) or a table of torques, all through a lossless gear; then friction, losses, and acceleration of the rotor. Their
-sum is the whole current."""
+motors), forces at the tip or a table of torques, all through a lossless gear; then friction, losses, and acceleration
+of the rotor. Their sum is the whole current."""
 
 ON_ALL_DATA = ("current", "phase", "rotor", "friction", "mesh", "gear drag", "motor torque", "voltage", "lost")
 """Prefixes of the columns that are unknown if rotor inertia or losses are unknown."""
@@ -85,8 +85,8 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
     named = [(i, task) for i, task in enumerate(study.joints) if task.name in evaluation.joints]
     drives = {i: evaluation.joints[task.name].drive for i, task in named}
     still = at_rest(study.cycle)
-    steady = replace(still, velocity=study.cycle.velocity)
-    bases = [load_basis(study, one, torques_only=True) for one in (still, steady)] if study.arm is not None else []
+    states = (replace(still, tip_wrench=None), still, replace(still, velocity=study.cycle.velocity))
+    bases = [load_basis(study, one, torques_only=True) for one in states] if study.arm is not None else []
     given = -counterbalance_torques(study, study.cycle.position).T
     found = {}
     for i, task in named:
@@ -97,10 +97,10 @@ def _load_parts(evaluation: Evaluation) -> dict[str, dict[str, Array]]:
             found[task.name] = dict(zip(PARTS, parts, strict=False))
             continue
         travel = task.travel_per_turn or 1.0
-        held, moving = (
+        weight, held, moving = (
             basis[i].bare.torque + all_load_parameters(study, basis[i], drives) @ basis[i].torque for basis in bases
         )
-        parts = (whole - moving, held - travel * given[i], moving - held, travel * given[i], nothing)
+        parts = (whole - moving, weight - travel * given[i], moving - held, travel * given[i], held - weight)
         found[task.name] = dict(zip(PARTS, parts, strict=False))
     return found
 

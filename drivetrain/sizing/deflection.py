@@ -108,7 +108,7 @@ class Vibration:
 
 
 def tip_deflection(evaluation: Evaluation, *, beams: Mapping[int, Beam] = NO_BEAMS) -> TipDeflection:
-    """The tip's deflection over the motion under weight, payload and inertia: gears, links and backlash.
+    """The tip's deflection over the motion under weight, payload, inertia and forces: gears, links and backlash.
 
     Args:
         evaluation: Evaluation of the drives; its study must have an arm.

@@ -110,6 +110,18 @@ def test_bar_on_a_hinge_bends_by_its_weight_and_its_payload(make) -> None:
     np.testing.assert_allclose(found[:, :2], 0.0, atol=1e-15)
 
 
+def test_bar_on_a_hinge_bends_by_a_force_and_a_moment_at_its_tip(make) -> None:
+    length, force, moment = 0.6, 30.0, 5.0  # with which the tip pushes upwards, and turns about y
+    wrench = np.outer([1.0, 0.0, 0.0, 0.0], [0.0, moment, 0.0, 0.0, 0.0, force])
+    wrench[1, 5] = force
+    study = flexible_study(make, even_bar(length, 1.2), replace(still(make, 0.0, 4), tip_wrench=wrench))
+    beams = {0: Beam(SECTION, np.zeros(3), np.array([length, 0, 0]))}
+    found = tip_deflection(evaluate(study), beams=beams).links[:, 0, 2]
+    pressed = force * length**3 / (3 * SECTION.bending_x)
+    turned = moment * length**2 / (2 * SECTION.bending_x)
+    np.testing.assert_allclose(found - found[3], [turned - pressed, -pressed, 0.0, 0.0], rtol=1e-9, atol=1e-15)
+
+
 def test_links_in_motion_against_links_cut_into_pieces(make) -> None:
     lengths, masses = [0.5, 0.4], [1.0, 0.7]
     points = np.array([[0.0, 0, 0], [0.5, 0, 0], [0.9, 0, 0]])

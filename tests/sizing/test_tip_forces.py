@@ -216,6 +216,21 @@ def test_a_force_over_time_from_a_table():
     assert load_study(study.to_yaml()).cycle.tip_wrench == pytest.approx(cycle.tip_wrench)
 
 
+def test_a_force_is_a_part_of_the_currents_of_its_own():
+    """Not weight: the other parts of the torque are those of the same motion without the force."""
+
+    def torques(force, part):
+        rows = dt.current_commands(dt.evaluate(slides(EARTH, force))).query("joint == 'z'")
+        constant = (rows["motor torque [N m]"] / rows["current [A]"]).to_numpy()  # that of the magnets' temperature
+        return (rows[f"{part} current [A]"] * constant).to_numpy()
+
+    for part in ("inertia", "gravity", "velocity"):
+        np.testing.assert_allclose(torques(downwards(PUSHED), part), torques(None, part), rtol=1e-9, atol=1e-12)
+    # a motor has 2 pi rad for 20 mm
+    np.testing.assert_allclose(torques(downwards(PUSHED), "given torque"), PUSHED * 0.02 / (2.0 * np.pi), rtol=1e-9)
+    assert not torques(None, "given torque").any()
+
+
 def test_forces_of_a_mix_stay_with_their_parts():
     free = [{"motion": "there"}, {"motion": "back"}]
     pressed = [{"motion": "there", "force": "press"}, {"motion": "back"}]
