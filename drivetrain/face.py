@@ -93,8 +93,9 @@ def _guard(function: Callable[..., Any], *, takes_lists: bool = False) -> Callab
     @wraps(function)
     def call(*args: Any, **named: Any) -> Any:
         try:
-            given, options = _with_arrays(function, args, named) if takes_lists else (args, named)
-            return function(*given, **options)
+            if takes_lists and _arrays_of(function):
+                args, named = _with_arrays(function, args, named)
+            return function(*args, **named)
         except DrivetrainError:
             raise
         except (TypeError, AttributeError, ValueError, LookupError) as error:
@@ -126,7 +127,7 @@ def _holds_array(hint: Any) -> bool:
 
 def _with_arrays(
     function: Callable[..., Any], args: tuple[Any, ...], named: dict[str, Any]
-) -> tuple[list[Any], dict[str, Any]]:
+) -> tuple[tuple[Any, ...], dict[str, Any]]:
     """The arguments of a call with arrays in place of lists and the like; raises InputError for what is no numbers."""
     import numpy as np
 
@@ -152,7 +153,7 @@ def _with_arrays(
             holder[key] = np.asarray(given)
     if faults:
         raise InputError(faults)
-    return values, options
+    return tuple(values), options
 
 
 def _unequal(function: Callable[..., Any], args: Sequence[Any], named: dict[str, Any]) -> list[Fault]:
