@@ -105,7 +105,6 @@ def test_a_force_keeps_its_value_at_another_pace_and_payload():
             np.testing.assert_allclose(mine.bare.torque[:count], wanted.bare.torque, rtol=1e-9, atol=1e-9)
     quickest = [dt.fastest(study).duration for study in (pushed, heavier)]
     assert quickest[0] == pytest.approx(quickest[1], rel=1e-6)
-    assert quickest[0] > dt.fastest(slides(EARTH, None)).duration * 1.001
 
 
 @pytest.mark.parametrize("solver", [dt.FixedStep(1e-3), dt.AdaptiveStep(), dt.Inverse()])

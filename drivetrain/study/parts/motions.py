@@ -206,8 +206,9 @@ def _only_motion(form: StudyForm, ledger: Ledger) -> list[CycleForm]:
     if len(names) != 1 or len(form.payloads) > 1 or len(form.forces) > 1:
         choice = "motions" if len(names) > 1 else "payloads" if len(form.payloads) > 1 else "forces"
         if names:
+            beside = "force: push" if choice == "forces" else "payload: part"
             problem = f"is missing: with several {choice} the study must say in which order they come"
-            ledger.fault(("cycle",), problem, hint="such as a list of {motion: pick, payload: part}")
+            ledger.fault(("cycle",), problem, hint=f"such as a list of {{motion: pick, {beside}}}")
         return []
     return [CycleForm(motion=names[0], payload=next(iter(form.payloads), None), force=next(iter(form.forces), None))]
 
