@@ -107,6 +107,22 @@ def test_a_force_keeps_its_value_at_another_pace_and_payload():
     assert quickest[0] == pytest.approx(quickest[1], rel=1e-6)
 
 
+def test_a_force_keeps_its_value_at_each_place_of_a_rebuilt_motion():
+    """A force that grows along a coarsely sampled move, at the rebuilt samples of the quickest motion."""
+    time = np.linspace(0.0, 1.0, 21)
+    height = 0.4 * (10.0 * time**3 - 15.0 * time**4 + 6.0 * time**5)
+    rows = "".join(f"{t!r},0,{z!r}\n" for t, z in zip(time.tolist(), height.tolist(), strict=True))
+    presses = "".join(f"{t!r},{-100.0 * z!r}\n" for t, z in zip(time.tolist(), height.tolist(), strict=True))
+    force = {"samples": f"time [s],force_z [N]\n{presses}", "applied_by": "surroundings"}
+    back = {"waypoints": [[0.0, 0.4], [0.0, 0.0]], "profile": "quintic", "speed": 1.0, "acceleration": 4.0}
+    motions = {"up": {"samples": f"time [s],q_x [m],q_z [m]\n{rows}", "smoothing": 0.0}, "back": back}
+    cycle = [{"motion": "up", "force": "push"}, {"motion": "back"}]
+    found = dt.fastest(slides(EARTH, force, motions=motions, cycle=cycle)).study.cycle
+    assert len(found.time) > 300
+    up = found.segment == 0
+    np.testing.assert_allclose(found.tip_wrench[up, 5], 100.0 * found.position[up, 1], atol=0.15)  # of the spline
+
+
 @pytest.mark.parametrize("solver", [dt.FixedStep(1e-3), dt.AdaptiveStep(), dt.Inverse()])
 def test_a_simulated_force_is_stronger_gravity(solver):
     pushed, heavier = (

@@ -181,6 +181,7 @@ class _MovePath(NamedTuple):
     first: Array  # first derivative of the position, (N, n)
     second: Array  # second derivative, (N, n)
     sample: Indices  # sample of the cycle at or after each place, (N,)
+    tip_wrench: Array | None  # as ``Cycle.tip_wrench``, (N, 6)
 
 
 def _retimed_along_paths(
@@ -253,10 +254,11 @@ def _allowed(best: _ScaledCycle) -> tuple[Array, Array, Array]:
         series = joint.series
         torque[0, i] = np.abs(series.gear_torque).max() / used["gear"]
         torque[1, i] = np.abs(series.motor_torque).max() / used["motor"]
-        speed[i] /= used["speed"]
-        drawn = np.stack([series.motor_torque, series.motor_speed], axis=1)
-        share, *_ = np.linalg.lstsq(drawn, series.voltage, rcond=None)
-        volts[:, i] = share * used["voltage"] / np.abs(series.voltage).max()
+        speed[i] = speed[i] / used["speed"] if speed[i] > 0.0 else np.inf  # a joint that rests limits no speed
+        drawn, largest = np.stack([series.motor_torque, series.motor_speed], axis=1), np.abs(series.voltage).max()
+        if largest > 0.0:  # not at a joint without motion and load
+            share, *_ = np.linalg.lstsq(drawn, series.voltage, rcond=None)
+            volts[:, i] = share * used["voltage"] / largest
     return torque, np.minimum(speed, _speed_limits(best.evaluation.study)), volts
 
 
@@ -273,7 +275,13 @@ def _move_path(cycle: Cycle, move: slice) -> _MovePath:
     spline = CubicSpline(places[kept], positions[kept])
     grid = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, PATH_INTERVALS + 1)))  # finer at both ends
     sample = move.start + np.clip(np.searchsorted(places, grid), 1, len(places) - 1)
-    return _MovePath(grid, spline(grid), spline(grid, 1), spline(grid, 2), sample)
+    wrench = None
+    if cycle.tip_wrench is not None:
+        # at rest at either end, several samples may differ in force: those beside the path count
+        begin, end = np.searchsorted(places, 0.0, side="right") - 1, np.searchsorted(places, places[-1])
+        columns = cycle.tip_wrench[move][[begin, *kept[1:-1], end]].T
+        wrench = np.column_stack([np.interp(grid, places[kept], column) for column in columns])
+    return _MovePath(grid, spline(grid), spline(grid, 1), spline(grid, 2), sample, wrench)
 
 
 def _rebuilt(
@@ -314,6 +322,9 @@ def _rebuilt(
         cycle.at(source), time=cycle.time[0] + np.cumsum(step), position=position, velocity=velocity,
         acceleration=acceleration, parts=parts, shares=cycle.shares, part_names=cycle.part_names,
     )  # fmt: skip
+    if rebuilt.tip_wrench is not None:  # a copy
+        for place, path in zip(found, paths, strict=True):
+            rebuilt.tip_wrench[place.start + 1 : place.stop - 1] = path.tip_wrench
     return rebuilt, found
 
 

@@ -187,6 +187,18 @@ def test_a_cold_start_binds_each_move_by_itself(study: Study) -> None:
     assert "limited by cold start voltage" in text and "whole cycle" not in text
 
 
+def test_a_joint_that_rests_all_the_time_limits_no_speed() -> None:
+    """Its speed of zero is no limit of the others; it ended in a slower motion than the given one."""
+    text = study_template("planar-2r").replace("dwell: 0.5 s", "dwell: 6 s").replace("power: 100 W", "power: 1 kW")
+    cool = load_study(text)
+    held = {name: getattr(cool.cycle, name).copy() for name in ("position", "velocity", "acceleration")}
+    held["position"][:, 1] = cool.cycle.position[:, 1].mean()
+    held["velocity"][:, 1] = held["acceleration"][:, 1] = 0.0
+    still = replace(cool, cycle=replace(cool.cycle, **held))
+    uniform = _scaled_moves(still, DRIVES, still.cycle, moves_of(still.cycle))
+    assert fastest(still, DRIVES).duration - 12.0 < 0.95 * (uniform.duration - 12.0)
+
+
 def test_a_linkage_runs_no_faster_than_its_stops_reach(monkeypatch: pytest.MonkeyPatch) -> None:
     """So fast that a stop on its ramp would leave the reach of the four-bar is too fast, and no error."""
     study = two_links(closures=short_crank())
