@@ -188,7 +188,7 @@ def test_a_cold_start_binds_each_move_by_itself(study: Study) -> None:
 
 
 def test_a_joint_that_rests_all_the_time_limits_no_speed() -> None:
-    """Its speed of zero is no limit of the others; it ended in a slower motion than the given one."""
+    """Its speed of zero is no limit of the others, whose moves are timed within."""
     text = study_template("planar-2r").replace("dwell: 0.5 s", "dwell: 6 s").replace("power: 100 W", "power: 1 kW")
     cool = load_study(text)
     held = {name: getattr(cool.cycle, name).copy() for name in ("position", "velocity", "acceleration")}
