@@ -42,6 +42,12 @@ def interval_of(table: Any, t: float) -> int:
 
 
 @law
+def repeated_time(period: float, last: float, t: float) -> float:
+    """The time within a period at time t [s]; t itself if nothing is repeated (period 0), and from ``last`` on."""
+    return t - period * np.floor(t / period) if period > 0.0 and t < last else t
+
+
+@law
 def table_value(table: Any, t: float, column: int = 1) -> float:
     """The value in a column of a table at time t [s]; constant before the first and after the last row."""
     low = interval_of(table, t)

@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.motion.duty_cycle import Cycle
+from drivetrain.motion.duty_cycle import Cycle, samples_between
 from drivetrain.motion.motion import Motion
 from drivetrain.units import Duration, Quantity
 
@@ -82,19 +82,11 @@ def with_base_samples(cycle: Cycle, motion: Motion) -> tuple[Cycle, Motion]:
 
 def with_instants(cycle: Cycle, instants: Array) -> Cycle:
     """The cycle (not a mix) with samples at further instants, interpolated linearly between its own samples."""
-    time, near = cycle.time, 0.5 * ROUNDING * cycle.duration
-    after = np.searchsorted(time, instants, side="right").clip(1, len(time) - 1)
-    new = (np.abs(time[after] - instants) > near) & (np.abs(time[after - 1] - instants) > near)
-    at, instants = after[new], instants[new]
-    share = ((instants - time[at - 1]) / (time[at] - time[at - 1]))[:, np.newaxis]
-
-    def between(values: Array) -> Array:
-        return np.insert(values, at, values[at - 1] + share * (values[at] - values[at - 1]), axis=0)
-
+    at, instants, between = samples_between(cycle.time, instants, 0.5 * ROUNDING * cycle.duration)
     torque, wrench = (None if values is None else between(values) for values in (cycle.torque, cycle.tip_wrench))
     return replace(
-        cycle, time=np.insert(time, at, instants), position=between(cycle.position), velocity=between(cycle.velocity),
-        acceleration=between(cycle.acceleration), torque=torque, parts=(),
+        cycle, time=np.insert(cycle.time, at, instants), parts=(), position=between(cycle.position),
+        velocity=between(cycle.velocity), acceleration=between(cycle.acceleration), torque=torque,
         payload=np.insert(cycle.payload, at, cycle.payload[at]),
         segment=np.insert(cycle.segment, at, cycle.segment[at]), tip_wrench=wrench,
     )  # fmt: skip

@@ -188,7 +188,7 @@ class _Block:
     velocity: Array
     acceleration: Array
     torque: Array
-    wrench: Array | None = None  # (N, 6)
+    tip_wrench: Array | None = None  # (N, 6)
 
 
 def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: Mask | None = None) -> Cycle:
@@ -226,7 +226,6 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: M
     payload_names = tuple(dict.fromkeys(step.payload for step in steps if step.payload is not None))
     carried = [-1 if step.payload is None else payload_names.index(step.payload) for step in steps]
     lengths = [len(block.time) for block in blocks]
-    wrenches = [np.zeros((len(block.time), 6)) if block.wrench is None else block.wrench for block in blocks]
     begins = np.cumsum([0.0] + [float(block.time[-1]) for block in blocks])
     return Cycle(
         joint_names=joint_names,
@@ -238,12 +237,35 @@ def build_cycle(steps: Sequence[Step], *, may_stay_open: bool = False, slides: M
         segment=_per_sample(which, lengths),
         segment_names=tuple(step.label for step in steps),
         notes=tuple(notes),
-        tip_wrench=_joined(wrenches) if any(block.wrench is not None for block in blocks) else None,
+        tip_wrench=_tip_wrenches(blocks),
     )
 
 
-def _joined(parts: Sequence[Array]) -> Array:
-    return np.asarray(read_only(np.concatenate(parts)))
+def _tip_wrenches(parts: Sequence[_Block] | Sequence[Cycle]) -> Array | None:
+    """The wrenches at the tip of parts one after another, zeros for parts without; None if no part has any."""
+    if all(part.tip_wrench is None for part in parts):
+        return None
+    rows = [np.zeros((len(part.time), 6)) if part.tip_wrench is None else part.tip_wrench for part in parts]
+    return np.asarray(read_only(np.concatenate(rows)))
+
+
+def samples_between(time: Array, instants: Array, near: float) -> tuple[Indices, Array, Callable[[Array], Array]]:
+    """Further samples at rising instants, interpolated linearly; none outside the given samples or ``near`` one [s].
+
+    Returns:
+        The samples before which they go, (K,), their instants, (K,), and the function that inserts them into a series,
+        (N, n).
+    """
+    after = np.searchsorted(time, instants, side="right").clip(1, len(time) - 1)
+    away = np.minimum(np.abs(time[after] - instants), np.abs(time[after - 1] - instants)) > near
+    new = away & (instants > time[0]) & (instants < time[-1])
+    at, instants = after[new], instants[new]
+    share = ((instants - time[at - 1]) / (time[at] - time[at - 1]))[:, np.newaxis]
+
+    def with_between(values: Array) -> Array:
+        return np.insert(values, at, values[at - 1] + share * (values[at] - values[at - 1]), axis=0)
+
+    return at, instants, with_between
 
 
 def sample_weights(time: Array) -> Array:
@@ -318,19 +340,10 @@ def _rest(step: Step, position: Array, torque: Array) -> _Block:
 
 def _pressing(block: _Block, force: StepForce) -> _Block:
     """The samples of a step with the force at the tip, and with further samples where the force has kinks."""
-    within = force.times[(force.times > block.time[0]) & (force.times < block.time[-1])]
-    away = np.abs(within[:, np.newaxis] - block.time).min(axis=1)
-    new = np.unique(within[away > TIME_ROUNDING * block.time[-1]])
-    at = np.searchsorted(block.time, new)
-    share = (new - block.time[at - 1]) / (block.time[at] - block.time[at - 1])
-    series = {
-        name: np.insert(values, at, values[at - 1] + share[:, np.newaxis] * (values[at] - values[at - 1]), axis=0)
-        for name in (*SERIES, "torque")
-        for values in [getattr(block, name)]
-    }
-    time = np.insert(block.time, at, new)
-    wrench = force.wrench(time, series["position"], series["velocity"])
-    return replace(block, time=time, **series, wrench=wrench)
+    at, instants, between = samples_between(block.time, force.times, TIME_ROUNDING * block.time[-1])
+    time, torque = np.insert(block.time, at, instants), between(block.torque)
+    position, velocity, acceleration = (between(getattr(block, name)) for name in SERIES)
+    return _Block(block.label, time, position, velocity, acceleration, torque, force.wrench(time, position, velocity))
 
 
 def _from_integral(blocks: list[_Block]) -> list[_Block]:
@@ -424,7 +437,6 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
     payload_names = tuple(dict.fromkeys(name for cycle in cycles for name in cycle.payload_names))
     segments = np.cumsum([0, *(len(cycle.segment_names) for cycle in cycles)]).tolist()
     torques = [cycle.torque for cycle in cycles if cycle.torque is not None]
-    wrenches = [np.zeros((len(cycle.time), 6)) if cycle.tip_wrench is None else cycle.tip_wrench for cycle in cycles]
     time = [cycle.time - cycle.time[0] + end for cycle, end in zip(cycles, ends, strict=False)]
     return Cycle(
         joint_names=cycles[0].joint_names,
@@ -440,7 +452,7 @@ def build_mix(cycles: Sequence[Cycle], shares: Sequence[float], *, names: Sequen
         notes=tuple(
             _with_part_name(name, note) for name, cycle in zip(called, cycles, strict=True) for note in cycle.notes
         ),
-        tip_wrench=_joined(wrenches) if any(cycle.tip_wrench is not None for cycle in cycles) else None,
+        tip_wrench=_tip_wrenches(cycles),
         parts=tuple(slice(first, stop) for first, stop in itertools.pairwise(stops)),
         shares=tuple(float(share) / total for share in shares),
         part_names=tuple(called),

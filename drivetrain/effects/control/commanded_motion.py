@@ -12,7 +12,7 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Signal
 from drivetrain.effects.laws import scene_law
-from drivetrain.effects.tables import interval_of
+from drivetrain.effects.tables import interval_of, repeated_time
 from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.jit import law
 from drivetrain.motion.duty_cycle import Cycle
@@ -62,8 +62,7 @@ def _interpolate(command: Any, table: Any, low: int, at: int, t: float, ended: b
 @scene_law(Own)
 def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
     ended, joints = t >= own.last, scene.joints
-    if not ended and own.period > 0.0:
-        t = t - own.period * np.floor(t / own.period)
+    t = repeated_time(own.period, own.last, t)
     low = interval_of(scene.table, t)
     for j in range(len(joints)):
         _interpolate(joints[j].command, scene.table, low, 1 + 3 * j, t, ended)

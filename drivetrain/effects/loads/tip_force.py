@@ -12,9 +12,8 @@ from drivetrain.arrays import Array, checked_array
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports
 from drivetrain.effects.laws import scene_law
-from drivetrain.effects.tables import kinks, table_value
+from drivetrain.effects.tables import kinks, repeated_time, table_value
 from drivetrain.errors import Fault, raise_faults
-from drivetrain.jit import law
 
 _GIVEN = s.TIP_GIVEN[3:]  # velocity and angular velocity of the tip
 _TAKEN = s.TIP_TAKEN[:6]  # force and moment on the tip
@@ -29,15 +28,9 @@ class Own:
     power: float = 0.0  # power supplied to the arm [W]
 
 
-@law
-def _in_table(own: Any, t: float) -> float:
-    """The time in the table at time t [s]."""
-    return t - own.period * np.floor(t / own.period) if own.period > 0.0 and t < own.last else t
-
-
 @scene_law(Own)
 def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
-    tip, now = scene.world.tip, _in_table(own, t)
+    tip, now = scene.world.tip, repeated_time(own.period, own.last, t)
     for k in range(3):
         tip.force[k] += table_value(scene.table, now, 1 + k)
         tip.moment[k] += table_value(scene.table, now, 4 + k)
@@ -46,7 +39,7 @@ def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
 @scene_law(Own)
 def _account(t: Any, h: Any, own: Any, scene: Any) -> None:
     # The contribution cannot be recovered from the sum of all forces, so it is computed again.
-    tip, now = scene.world.tip, _in_table(own, t)
+    tip, now = scene.world.tip, repeated_time(own.period, own.last, t)
     own.power = 0.0
     for k in range(3):
         own.power += table_value(scene.table, now, 1 + k) * tip.speed[k]
@@ -86,21 +79,26 @@ class TipForce(Effect):
             faults.append(Fault("repetitions", problem, self.repetitions))
         raise_faults(faults)
 
+    @property
+    def _period(self) -> float:
+        return float(self.time[-1]) if self.repetitions > 1 else 0.0
+
+    @property
+    def _last(self) -> float:
+        return float(self.time[-1]) * self.repetitions
+
     def ports(self, place: Place) -> Ports:
         return Ports(needs=_GIVEN, contributes=_TAKEN, outputs=(s.source("tip_force_power"),))
 
     def own(self, place: Place) -> Own:
-        period = float(self.time[-1])
-        return Own(period if self.repetitions > 1 else 0.0, period * self.repetitions)
+        return Own(self._period, self._last)
 
     def table(self, place: Place) -> Array:
         return np.column_stack([self.time, self.force, self.moment])
 
     def at(self, times: Array) -> Array:
         """Moment [N m] and force [N] on the tip at some times [s], (M, 6)."""
-        period = float(self.time[-1])
-        repeated = (times < period * self.repetitions) & (self.repetitions > 1)
-        now = np.where(repeated, times - period * np.floor(times / (period or 1.0)), times)
+        now = [repeated_time(self._period, self._last, float(t)) for t in times]
         return np.column_stack([np.interp(now, self.time, values) for values in (*self.moment.T, *self.force.T)])
 
     def _starts(self) -> list[float]:
