@@ -35,7 +35,7 @@ from drivetrain.simulation.scene import Inertia, joint_scene
 from drivetrain.simulation.study_scene import Surroundings, drive_effects, spring_damping, surroundings
 from drivetrain.sizing.results import Evaluation
 from drivetrain.study.model import JointTask, Mount, Study
-from drivetrain.study.parts.mounting import loaded_arm
+from drivetrain.study.parts.mounting import loaded_arm, rotor_ratio
 from drivetrain.whole_files import refusal
 
 AXIS_FILE = "axis.json"
@@ -194,7 +194,7 @@ def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axi
 
 
 def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
-    """Inertia of the joint at the start of the cycle with all other joints held, without its own drive."""
+    """Inertia of the joint at the start of the cycle with all others held, without its own drive and a payload."""
     task = study.joints[index]
     if study.arm is None:
         if task.load_inertia is None:
@@ -204,25 +204,24 @@ def _load_inertia(study: Study, evaluation: Evaluation, index: int) -> float:
         return float(task.load_inertia)
     arm = loaded_arm(study, evaluation.mounted, -1)
     drive = evaluation.joints[task.name].drive
-    ratio = drive.gear.ratio / (task.travel_per_turn or 1.0)
     rest = np.zeros(arm.n)
     with_weight, weight = (
         inverse_dynamics(arm, study.cycle.position[0], rest, qdd) for qdd in (np.eye(arm.n)[index], rest)
     )
-    return float(with_weight[index] - weight[index]) - ratio**2 * drive_inertia(drive)
+    return float(with_weight[index] - weight[index]) - rotor_ratio(drive, task) ** 2 * drive_inertia(drive)
 
 
 class AxisRun:
     """Simulation of an axis from one communication point to the next, with constant inputs in between."""
 
     def __init__(self, axis: Axis):
-        ratio = axis.gear.ratio / (axis.travel_per_turn or 1.0)
         task = JointTask(
             axis.joint, None, (), (), Mount(), None, axis.friction, axis.motor_friction, axis.amplifier,
             travel_per_turn=axis.travel_per_turn, housing_to_ambient=axis.housing_to_ambient,
             gear_heat=axis.gear_heat, counterbalances=axis.counterbalances,
         )  # fmt: skip
         drive = Drive(axis.motor, axis.gear, axis.friction, axis.motor_friction)
+        ratio = rotor_ratio(drive, task)
         load = Inertia(axis.load_inertia, turning=axis.travel_per_turn is None, name=axis.joint)
         once = np.zeros(1)
         given = {"current_command": GivenCurrent(once, once), "load_torque": GivenTorque(once, once)}

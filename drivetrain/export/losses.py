@@ -47,8 +47,8 @@ LOSSES: dict[str, tuple[str, ...]] = {
         "counterbalances that are given as a table; forces at the tip",
     ),
     "fmu": (
-        "all other joints: the arm is a constant inertia; its weight and the torques of other joints are the input "
-        "load_torque",
+        "all other joints and the payload: the arm is a constant inertia; its weight and the torques of other joints "
+        "are the input load_torque",
         f"{_PLAY}, unless springs are requested", "inductance: the current follows its command without delay",
         "the amplifier's I2t, the supply's bus, holding brakes",
         "use without Python: the FMU needs a Python in which drivetrain is installed",

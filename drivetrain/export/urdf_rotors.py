@@ -177,19 +177,18 @@ def _move_into_links(
     Returns:
         Whether anything was added.
     """
-    body = rotor.body
-    moved = bool(rotor.carrier >= 0 and rotor.mass)
-    parts = [(rotor.carrier, body)]
+    parts = [(rotor.carrier, rotor.body)]
     if tag is not None and tag.inertia is not None:
         z = arm.axes[joint]
-        parts.append((joint - 1, RigidBody(0.0, body.com, -rotor.axial_inertia * np.outer(z, z))))
+        axial = RigidBody(0.0, rotor.body.com, -rotor.axial_inertia * np.outer(z, z))
         if rotor.carrier == joint - 1:
-            parts = [(rotor.carrier, _without_axial(body, parts[1][1]))]
+            parts = [(rotor.carrier, _without_axial(rotor.body, axial))]
+        else:
+            parts.append((joint - 1, axial))
+    parts = [(link, part) for link, part in parts if link >= 0 and (part.mass or part.inertia.any())]
     for link, part in parts:
-        if link >= 0 and (part.mass or part.inertia.any()):
-            added[link].append(part)
-            moved = True
-    return moved
+        added[link].append(part)
+    return bool(parts)
 
 
 def _without_axial(body: RigidBody, axial: RigidBody) -> RigidBody:

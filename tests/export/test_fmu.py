@@ -12,6 +12,7 @@ import pytest
 from export.driven_arms import coupled, ur5
 from scipy.integrate import solve_ivp
 
+from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import differential, placed, with_coupling
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Amplifier, Supply
@@ -28,6 +29,7 @@ from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 from drivetrain.simulation.study_scene import drive_effects, surroundings
 from drivetrain.sizing.judge.evaluate import evaluate
+from drivetrain.study.model import DriveMass
 
 STEP, END = 0.01, 1.5  # [s] communication step and end of the run
 VISCOUS, OUTSIDE = 2e-6, Friction(coulomb=0.2, viscous=0.05)
@@ -241,3 +243,52 @@ def test_axes_without_an_fmu_are_errors(found, make, tmp_path: Path) -> None:
     assert read_axis(axis.text()) == axis
     sliding = replace(axis, travel_per_turn=0.01)
     assert [sliding.unit(*one) for one in (("position", "rad"), ("motor_speed", "rad/s"))] == ["m", "rad/s"]
+
+
+def started(evaluation, path: Path, joint: str) -> dict[str, float]:
+    """What the file states that an axis starts with."""
+    write_fmu(evaluation, path, joint=joint)
+    described = fmpy.read_model_description(str(path)).modelVariables
+    return {one.name: float(one.start) for one in described if one.start is not None}
+
+
+def test_axes_of_an_arm_with_a_slide(make, tmp_path: Path) -> None:
+    """The start of the cycle, where the slide is 0.2 m out: two masses and their inertias, no payload, no weight.
+
+    The slide, driven through 80 %, runs up by the current at the constant rate of mass and rotor.
+    """
+    home = np.tile(np.eye(4), (2, 1, 1))
+    home[:, 0, 3] = 0.3, 0.5
+    arm = Arm.from_screws(
+        home, [[0, -1.0, 0, 0, 0, 0], [0, 0, 0, 1.0, 0, 0]], [1.5, 1.0], np.tile(1e-4 * np.eye(3), (2, 1, 1)),
+        gravity=(0.0, 0.0, -9.81), joint_points=[[0.0, 0.0, 0.0], [0.4, 0.0, 0.0]], joint_names=("j1", "j2"),
+    )  # fmt: skip
+    swing = make.sines(2, size=0.3)
+    out = swing.position * [1.0, 0.5] + [0.1, 0.2] - swing.position[0] * [1.0, 0.5]
+    cycle = make.arm_cycle(swing.time, out, swing.velocity * [1.0, 0.5], swing.acceleration * [1.0, 0.5],
+                           np.zeros(101, dtype=int), ("part",))  # fmt: skip
+    motor = replace(make.motor, no_load_current=None)
+    tasks = make.task("j1"), make.task("j2", travel_per_turn=0.01, amplifier=Amplifier())
+    study = make.study(cycle, arm=arm, joints=tasks, payloads=(make.payload(2.0),), supply=Supply(300.0),
+                       drive_mass=DriveMass.INCLUDED, catalog=Catalog({"m1": motor}, {"g1": make.gear}))  # fmt: skip
+    evaluation = evaluate(study)
+    first, second = (started(evaluation, tmp_path / f"{name}.fmu", name) for name in ("j1", "j2"))
+    moved = 1.5 * 0.3**2 + 1.0 * 0.7**2 + 2.0 * 1e-4
+    assert first["load_inertia"] == pytest.approx(moved, rel=1e-9)
+    assert second["load_inertia"] == pytest.approx(1.0, rel=1e-9)
+    assert (first["start_position"], second["start_position"]) == pytest.approx((0.1, 0.2), abs=1e-12)
+    speeds = 0.3 * np.pi, 0.5 * 0.15 * np.pi * np.cos(0.7)
+    assert (first["start_speed"], second["start_speed"]) == pytest.approx(speeds, rel=1e-12)
+    recorded = fmpy.simulate_fmu(
+        str(tmp_path / "j2.fmu"), stop_time=0.05, output_interval=0.01,
+        start_values={"current_command": 2.0, "motor.magnet_coefficient": 0.0, "start_speed": 0.0},
+    )  # fmt: skip
+    rate = 0.05 * 2.0 / (2.1e-5 * 5000.0 + 1.0 / (5000.0 * 0.8))
+    np.testing.assert_allclose(recorded["speed"], rate * recorded["time"], atol=1e-6)
+
+
+def test_a_load_table_states_its_inertia(make, tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 11)
+    study = make.study(make.table_cycle(time, time, time + 0.5, time), joints=(make.task("j1", load_inertia=15.0),))
+    start = started(evaluate(study), tmp_path / "x.fmu", "j1")
+    assert (start["load_inertia"], start["start_position"], start["start_speed"]) == (15.0, 0.0, 0.5)

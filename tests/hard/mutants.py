@@ -44,11 +44,11 @@ PLAIN = ("drive", "dynamics/core", "sizing/judge", "sizing/demand", "solvers", "
          "simulation", "sizing/search/bounds.py", "identification")  # fmt: skip
 PLAIN_TESTS = ("drive", "control", "dynamics", "agreement", "solvers", "sizing", "identification", "hard", "effects",
                "simulation")  # fmt: skip
-PYTHON = ("accuracy", "arm", "catalog", "control", "drive", "dynamics", "export", "motion", "sizing", "spatial",
-          "study", "sweep", "units.py")  # fmt: skip
+PYTHON = ("accuracy", "arm", "catalog", "control", "drive", "dynamics", "export", "motion", "report", "sizing",
+          "spatial", "study", "sweep", "units.py")  # fmt: skip
 COMPILED_TESTS = (
     "hard", "accuracy", "agreement", "arm", "catalog", "control", "drive", "dynamics", "export", "identification",
-    "motion", "published", "sizing", "spatial", "study", "sweep", "test_units.py",
+    "motion", "published", "report", "sizing", "spatial", "study", "sweep", "test_units.py",
 )  # fmt: skip
 LAWS = ("law", "kernel", "part", "exact", "fast", "command", "joint_law", "table_law", "scene_law")
 WHOLE = ("effects/control/", "effects/friction/", "effects/gear/", "effects/loads/", "effects/motor/",

@@ -85,13 +85,7 @@ class Robustness:
         import pandas as pd
 
         rows = [
-            (
-                place,
-                name,
-                chance.probability,
-                chance.standard_error,
-                *self.utilisations[place].get(name, (math.nan,) * 3),
-            )
+            (place, name, chance.probability, chance.standard_error, *self.utilisations[place][name])
             for place, checks in self.checks.items()
             for name, chance in checks.items()
         ]

@@ -114,10 +114,9 @@ class Samples:
 
 def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
     """A study prepared for any set of drives."""
-    without = {}  # loads without each payload that has a tolerance
-    for body in study.payloads if "payload" in study.tolerances.given and study.arm is not None else ():
-        if body.mass > 0.0:
-            without[body.name] = workload(changed(study, TaskChange(payload=0.0, payloads=(body.name,))))
+    scattered = study.payloads if "payload" in study.tolerances.given and study.arm is not None else ()
+    weightless = {body.name: changed(study, TaskChange(payload=0.0, payloads=(body.name,))) for body in scattered}
+    without = {name: workload(one) for name, one in weightless.items()}
     own = workload(study) if work is None else replace(work, study=study)
     rows = tuple(_payload_rows(own, without, joint) for joint in range(len(study.joints)))
     return Nominal(study, own, rows, _weighted(study) if study.stiffness.stated else {})
@@ -176,7 +175,7 @@ def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -
         return no_unit_loads(full)
     rows = []
     for body in work.study.payloads:
-        empty = load_of(without[body.name].at(joint, {}).fixed) if body.name in without else full
+        empty = load_of(without[body.name].at(joint, {}).fixed)
         rows.append([with_it - bare for with_it, bare in zip(full, empty, strict=True)])
     return UnitLoads(*(np.stack(column) for column in zip(*rows, strict=True)))
 

@@ -85,7 +85,7 @@ class Effects:
         bars = []
         for source, order, low, high in zip(self.sources, self.order, *ends, strict=True):
             tolerance = getattr(self.evaluation.study.tolerances, source.quantity)
-            if max(abs(low - nominal), abs(high - nominal)) > FELT * max(nominal, FELT):
+            if np.ptp([low, nominal, high]) > FELT * max(nominal, FELT):
                 least, most = tolerance.edges
                 share = variance_share(arms[order])
                 bars.append(Bar(source, least, most, tolerance.absolute, float(low), float(high), share))

@@ -194,3 +194,39 @@ def test_a_part_number_names_its_row_and_unknown_names_are_told_together(arm_stu
     other = select(replace(arm_study, catalog=rows, joints=only), advise=False)
     with pytest.raises(InputError, match="another study"):
         why_not(arm_study, "j1", "weak", selection=other)
+
+
+PUBLISHED = {"strong": ("g20", "g50"), "weak": ("g50", "g80", "tiny"), "massless": ("g120",)}
+FEW = (("strong", "g50"), ("strong", "g80"), ("unknown", ""))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "drive", "motor", "gear", "partners"),
+    [
+        (FEW, None, "strong", None, {("strong", "g50"), ("strong", "g80")}),  # those of the study
+        (FEW, None, None, "g80", {("strong", "g80")}),
+        (FEW, None, "unknown", "", {("unknown", "")}),
+        (FEW, None, None, "none", {("unknown", "")}),
+        (FEW, None, "weak", "g120", {("weak", "g120")}),  # both are named: whatever is published
+        (FEW, None, "weak", None, {("weak", "g50"), ("weak", "g80")}),  # published, with gears of the study
+        (FEW, None, None, "g20", {("strong", "g20")}),  # published, with motors of the study
+        (FEW, None, None, "tiny", set()),
+        (FEW, None, None, "g120", set()),
+        (FEW[:2], None, None, "", set()),  # no direct drive is published
+        ((), ("strong", "g50"), "weak", None, {("weak", "g50"), ("weak", "g80"), ("weak", "tiny")}),  # every gear
+        ((), ("strong", "g50"), None, "g80", {("weak", "g80")}),  # every motor
+        ((), ("strong", "g50"), None, "g50", {("strong", "g50")}),
+    ],
+)
+def test_partners_of_a_part(make, pairs, drive, motor, gear, partners):
+    """Written out: pairs that the study allows, else published ones of parts that it considers."""
+    own = make.task("j1", drive=drive, pairs=pairs)
+    made = make.study(make.sines(1), arm=make.planar_arm([0.3], [1.0]), joints=(own,),
+                      catalog=replace(weak_catalog(make), pairs=PUBLISHED))  # fmt: skip
+    chosen = select(made, advise=False)
+    (answer,) = why_not(made, motor=motor, gear=gear, selection=chosen, cost=False).answers
+    assert answer.partners == len(partners)
+    if partners:
+        assert (answer.motor, answer.gear) in partners
+    else:
+        assert answer.standing is Standing.NO_PARTNER and answer.passed_over and answer.result is None
