@@ -76,14 +76,16 @@ def explain(
 @command
 def curve(
     study: StudyFile,
-    vary: Annotated[str, typer.Option(help="Quantity to vary: payload, cycle_time, voltage or ambient.")] = "payload",
+    vary: Annotated[
+        str, typer.Option(help="Quantity to vary: payload, cycle_time, voltage, ambient or force.")
+    ] = "payload",
     low: Annotated[str, typer.Option("--from", help="Smallest value, with its unit.")] = "0 kg",
     high: Annotated[str, typer.Option("--to", help="Largest value, with its unit.")] = "10 kg",
     points: Annotated[int, typer.Option(help="Initial number of values at which sets are selected.")] = 17,
     payload: Annotated[str | None, typer.Option(help="Payload whose mass is varied. Default: the heaviest.")] = None,
     out: Annotated[Path | None, folder_for("curve.html")] = None,
 ) -> bool:
-    """Compute the best drives as a function of payload, cycle time, supply voltage or ambient temperature."""
+    """Compute the best drives as a function of payload, force, cycle time, supply voltage or ambient temperature."""
     from drivetrain.report.pages.trade_off_pages import curve_lines, curve_report, curve_sentence
     from drivetrain.sizing.answers.curve import optimum_curve, varied
     from drivetrain.study.read import load_study

@@ -153,7 +153,7 @@ def select(
         list[str] | None,
         typer.Option(
             metavar="WHAT",
-            help="Also compute the best drives over payload, cycle_time, voltage or ambient; may be repeated. "
+            help="Also compute the best drives over payload, cycle_time, voltage, ambient or force; may be repeated. "
             "With a range: 'payload: 0 kg..8 kg'.",
         ),
     ] = None,

@@ -1,4 +1,4 @@
-"""The same task made harder or easier: payload, pace, supply voltage and ambient changed, everything else kept."""
+"""The same task made harder or easier: payload, force, pace, voltage and ambient changed, everything else kept."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.study.model import Payload, Study, refuse_moving_base
+from drivetrain.study.model import Payload, ProcessForce, Study, refuse_moving_base
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,7 @@ class TaskChange:
         voltage: Factor on the supply's voltage; positive.
         ambient: Added to the ambient temperature [K].
         payloads: Names of the payloads that ``payload`` scales; empty: all.
+        force: Factor on the forces and moments at the tip; 0 or more.
     """
 
     payload: float = 1.0
@@ -28,11 +31,14 @@ class TaskChange:
     voltage: float = 1.0
     ambient: float = 0.0
     payloads: tuple[str, ...] = ()
+    force: float = 1.0
 
     def __post_init__(self) -> None:
         faults = []
-        if not (math.isfinite(self.payload) and self.payload >= 0.0):
-            faults.append(Fault("payload", "a factor must be 0 or more", self.payload))
+        for name in ("payload", "force"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value >= 0.0):
+                faults.append(Fault(name, "a factor must be 0 or more", value))
         for name in ("time", "voltage"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
@@ -74,7 +80,8 @@ def changed(study: Study, change: TaskChange) -> Study:
     return replace(
         study,
         payloads=payloads,
-        cycle=slowed(study.cycle, change.time),
+        forces=tuple(_pressing(one, change.force) for one in study.forces),
+        cycle=_forced(slowed(study.cycle, change.time), change.force),
         supply=replace(study.supply, voltage=study.supply.voltage * change.voltage),
         ambient=study.ambient + change.ambient,
     )
@@ -101,6 +108,25 @@ def carrying_mass(study: Study, mass: float) -> Study:
 def scales(payloads: Collection[str], name: str) -> bool:
     """Whether a change restricted to ``payloads`` (empty: all) scales the payload ``name``."""
     return not payloads or name in payloads
+
+
+def _pressing(force: ProcessForce, factor: float) -> ProcessForce:
+    """A force with all its parts multiplied by a factor."""
+    table = None if force.table is None else np.column_stack([force.table[:, 0], force.table[:, 1:] * factor])
+    return replace(
+        force,
+        force=tuple(factor * value for value in force.force),
+        moment=tuple(factor * value for value in force.moment),
+        along_motion=factor * force.along_motion,
+        table=table,
+    )
+
+
+def _forced(cycle: Cycle, factor: float) -> Cycle:
+    """The cycle with the force at the tip multiplied by a factor."""
+    if factor == 1.0 or cycle.tip_wrench is None:
+        return cycle
+    return replace(cycle, tip_wrench=factor * cycle.tip_wrench)
 
 
 def slowed(cycle: Cycle, factor: float) -> Cycle:

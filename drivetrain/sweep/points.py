@@ -52,11 +52,12 @@ class _Factors(_Values):
 
 
 class ScaleForm(Form):
-    """Factors on the payload, the duration of the cycle and the supply voltage."""
+    """Factors on the payload, the forces at the tip, the duration of the cycle and the supply voltage."""
 
     payload: Annotated[tuple[float, ...], _Factors(0.0)] | None = None
     time: Annotated[tuple[float, ...], _Factors(1e-9)] | None = None
     voltage: Annotated[tuple[float, ...], _Factors(1e-9)] | None = None
+    force: Annotated[tuple[float, ...], _Factors(0.0)] | None = None
 
 
 class SweepForm(Form):
@@ -78,7 +79,7 @@ class Point:
 
     index: int  # from 0; the last varied entry changes fastest
     entries: tuple[tuple[Place, Any], ...]  # new values of the study file, by place
-    change: TaskChange  # change of payload, time and voltage
+    change: TaskChange  # change of payload, force, time and voltage
     texts: tuple[str, ...]  # value of each varied entry as text, in the order of ``Sweep.names``
 
 
@@ -121,8 +122,8 @@ def read_sweep(path: str | Path) -> Sweep:
 
     Args:
         path: YAML: ``study`` (path relative to it), ``vary`` (lists of values by place in the study file, such as
-            ``supply.voltage``), ``scale`` (lists of factors on ``payload``, ``time``, ``voltage``), ``run`` (``select``
-            or ``size``), ``points_per_shard``.
+            ``supply.voltage``), ``scale`` (lists of factors on ``payload``, ``time``, ``voltage``, ``force``), ``run``
+            (``select`` or ``size``), ``points_per_shard``.
 
     Returns:
         The sweep; its study file has been read but not checked.

@@ -20,7 +20,7 @@ Array = np.ndarray
 
 
 def built(study: Study, drives: Mapping[str, Pair], draws: Draws, sample: int) -> Study:
-    """The study of one arm as it is built: catalogue rows, payload and air of its own.
+    """The study of one arm as it is built: catalogue rows, payload, force at the tip and air of its own.
 
     Args:
         drives: Keys of (motor, gear) by joint name.
@@ -37,14 +37,16 @@ def built(study: Study, drives: Mapping[str, Pair], draws: Draws, sample: int) -
         if gear:
             gears[gear + mark] = replace(drive.gear, key=gear + mark)
         tasks.append(_task(task, (motor + mark, gear + mark if gear else ""), drive, float(factors[THERMAL])))
+    cycle, loads = study.cycle, draws.loads[sample]
     return replace(
         study,
         joints=tuple(tasks),
+        cycle=cycle if cycle.tip_wrench is None else replace(cycle, tip_wrench=loads[-1] * cycle.tip_wrench),
         catalog=Catalog(motors, gears),
         ambient=float(draws.ambient[sample]),
         payloads=tuple(
             replace(body, mass=body.mass * float(share), inertia=body.inertia * float(share))
-            for body, share in zip(study.payloads, draws.payload[sample], strict=True)
+            for body, share in zip(study.payloads, loads[:-1], strict=True)
         ),
     )
 

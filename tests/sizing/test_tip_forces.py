@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from drivetrain.errors import InputError
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.demand.load_basis import load_basis
 from drivetrain.study.change import TaskChange
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
 
 CARRIED, PUSHED = 8.0, 60.0  # [kg] behind the vertical slide, [N] downwards
@@ -303,6 +305,86 @@ def test_a_force_that_no_step_names_is_warned_of():
     study = study_of({"force": [0, 0, 1]}, cycle=free)
     assert study.forces == () and study.cycle.tip_wrench is None
     assert any("forces that no step of the cycle names: press" in note for note in study.notes)
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        {"force": [5, 10, -60], "moment": [1, 2, 3], "point": [0.01, 0.02, 0.1], "along_motion": 15.0},
+        {"samples": "time [s],force_z [N],moment_x [N cm]\n0,0,0\n0.1,-50,100\n10,0,0\n", "axes": "base"},
+    ],
+)
+def test_a_changed_force_is_that_of_a_study_that_states_it(force):
+    """All parts by one factor, in the cycle and in what the report lists."""
+    rows = {"samples": "time [s],force_z [N],moment_x [N cm]\n0,0,0\n0.1,-125,250\n10,0,0\n"}
+    more = {name: 2.5 * np.array(value) for name, value in force.items() if name in ("force", "moment")}
+    more = {name: value.tolist() for name, value in more.items()} | ({"along_motion": 37.5} if more else rows)
+    found, wanted = dt.study.changed(study_of(force), TaskChange(force=2.5)), study_of({**force, **more})
+    np.testing.assert_allclose(found.cycle.tip_wrench, wanted.cycle.tip_wrench, rtol=1e-12, atol=1e-12)
+    for name in ("force", "moment", "point", "along_motion", "axes"):
+        assert getattr(found.forces[0], name) == pytest.approx(getattr(wanted.forces[0], name))
+    if wanted.forces[0].table is not None:
+        np.testing.assert_allclose(found.forces[0].table, wanted.forces[0].table, rtol=1e-12)
+
+
+def shop(force: float, **changes) -> dt.study.Study:
+    """The slides, each with one of five motors of 0.4 to 1.6 N m, the heavier the stronger."""
+    own = slides(EARTH, downwards(force))
+    row = own.catalog.motors["m"]
+    motors = {
+        f"m{k}": replace(
+            row,
+            key=f"m{k}",
+            mass=0.5 * k,
+            nominal_torque=0.2 * k,
+            nominal_current=2.0 * k,
+            peak_torque=0.8 * k,
+            resistance=1.0 / k,
+            coulomb_friction=0.001 * k,
+            viscous_friction=0.0,
+        )
+        for k in (2, 3, 4, 6, 8)
+    }
+    tasks = tuple(replace(one, drive=None, brakes=(), pairs=tuple((key, "") for key in motors)) for one in own.joints)
+    return replace(own, joints=tasks, catalog=replace(own.catalog, motors=motors), **changes)
+
+
+def test_the_curve_over_the_force_is_the_selection_at_each():
+    found = dt.optimum_curve(shop(100.0), "force", ("20 %", "320 %"), points=7)
+    assert found.now == 100.0 and found.unit == "%" and len(found.pieces) >= 3
+    for point in found.points:
+        assert point.drives == dt.select(shop(point.value)).evaluation.drives or not point.drives, point.value
+    for piece in found.pieces[:-1]:  # within the stated accuracy of the breakpoints
+        ends = [dt.evaluate(shop(piece.high + sign * 1e-3), piece.drives).feasible for sign in (-1, 1)]
+        assert ends == [True, False]
+    with pytest.raises(InputError, match="no step of the cycle has one"):
+        dt.optimum_curve(replace(shop(1.0), cycle=slides(EARTH, None).cycle), "force", (50.0, 150.0))
+    with pytest.raises(InputError, match="0 or more"):
+        dt.optimum_curve(shop(100.0), "force", (-50.0, 150.0))
+
+
+def test_what_fails_passes_with_the_smaller_force_that_is_told():
+    advice = " ".join(dt.select(shop(900.0)).advice)
+    share = float(re.search(r"less force at the tip is enough: ([\d.]+) %", advice)[1]) / 100.0
+    assert dt.select(shop(900.0 * share * 0.99)).feasible  # the share is told to three digits
+    assert not dt.select(shop(900.0 * share * 1.02), advise=False).feasible
+    weak = dt.why_not(shop(100.0), "z", "m2", "", cost=False)
+    [less] = [one for one in weak.answers[0].changes if one.what == "force at the tip"]
+    pairs = {**weak.selection.evaluation.drives, "z": ("m2", "")}
+    assert [dt.evaluate(shop(value), pairs).feasible for value in (less.after, less.short)] == [True, False]
+
+
+def test_a_tolerance_of_the_force_scatters_it():
+    """A uniform force of plus and minus half: quantiles of utilisations are those at the quantiles of the force."""
+    drives = {"x": ("m4", ""), "z": ("m8", "")}
+    scattering = shop(200.0, tolerances=Tolerances(force=Tolerance(0.5)))
+    found = dt.robustness(dt.evaluate(scattering, drives), samples=4000)
+    for check in ("motor peak torque", "motor RMS current", "winding temperature"):
+        for used, force in zip(found.utilisations["z"][check], (110.0, 200.0, 290.0), strict=True):
+            wanted = dt.evaluate(shop(force), drives).joints["z"]
+            [expected] = [one.utilisation for one in wanted.checks if one.name == check]
+            assert used == pytest.approx(expected, rel=0.03)  # standard error of a quantile of 4000 samples
+    assert found.scattering == ("force",)
 
 
 def test_samples_of_a_cycle_keep_their_force():

@@ -28,7 +28,7 @@ AXES = OBJECTIVES | {"utilisation": "highest utilisation [%]"}
 SHORT_AXES = {"energy": "energy [J]", "mass": "mass [kg]", "utilisation": "utilisation [%]"}
 NAMES = {
     Vary.PAYLOAD: "payload", Vary.CYCLE_TIME: "length of the cycle", Vary.VOLTAGE: "supply voltage",
-    Vary.AMBIENT: "air temperature",
+    Vary.AMBIENT: "air temperature", Vary.FORCE: "force at the tip",
 }  # fmt: skip
 VERDICT_COLOURS = {
     Verdict.PASS: GREEN, Verdict.MARGINAL: ORANGE, Verdict.FAIL: VERMILLION, Verdict.NOT_CHECKED: "muted",

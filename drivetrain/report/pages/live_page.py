@@ -25,7 +25,7 @@ from drivetrain.study.parts.candidates import gears_at, motors_at
 
 SEARCH_TIME = 1.5  # s a selection may take; what is left unproven is said on the page
 LARGEST = 1e6  # of any number that is asked for, in the unit of its control
-LEAST = {Vary.PAYLOAD: 0.0, Vary.CYCLE_TIME: 1e-3, Vary.VOLTAGE: 1e-3, Vary.AMBIENT: -273.15}
+LEAST = {Vary.PAYLOAD: 0.0, Vary.CYCLE_TIME: 1e-3, Vary.VOLTAGE: 1e-3, Vary.AMBIENT: -273.15, Vary.FORCE: 0.0}
 KINDS = {"values": "must give numbers by the name of their control", "drives": "must give motor and gear by joint",
          "ratios": "must give numbers by joint"}  # fmt: skip
 
@@ -116,7 +116,7 @@ class LivePage:
         for one, value in changes:
             change = one.vary.change(study, value, one.payload)
             task = replace(task, time=task.time * change.time, voltage=task.voltage * change.voltage,
-                           ambient=task.ambient + change.ambient)  # fmt: skip
+                           ambient=task.ambient + change.ambient, force=task.force * change.force)  # fmt: skip
         if payloads:
             task = replace(task, payload=payloads[0][1], payloads=(payloads[0][0],))
         family = self._family(tuple(payloads[1:]), task.payloads)
@@ -145,11 +145,12 @@ class LivePage:
 def _controls(study: Study) -> list[Control]:
     payloads = [one for one in study.payloads if one.mass > 0.0] if study.arm is not None else []
     varied = [(Vary.PAYLOAD, one.name) for one in payloads]
+    varied += [(Vary.FORCE, "")] if study.cycle.tip_wrench is not None else []
     varied += [(Vary.CYCLE_TIME, ""), (Vary.VOLTAGE, ""), (Vary.AMBIENT, "")]
     found = []
     for vary, payload in varied:
         now, (low, high) = vary.now(study, payload), usual_span(study, vary)
-        if vary is Vary.PAYLOAD:
+        if vary in (Vary.PAYLOAD, Vary.FORCE):
             low, high = 0.0, 2.0 * now
         label = f"payload {payload}" if payload else str(vary).replace("_", " ")
         unit = "°C" if vary is Vary.AMBIENT else vary.unit

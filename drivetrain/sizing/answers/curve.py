@@ -1,4 +1,4 @@
-"""Parametric optimum: the best set of drives over payload, cycle time, supply voltage or ambient temperature.
+"""Parametric optimum: the best set of drives over payload, force, cycle time, voltage or ambient temperature.
 
 Sets are selected on a grid of values. Between two grid values with different best sets there is a breakpoint where the
 first set becomes infeasible or worse than the second. It is found by bisection on the evaluations of these two sets. A
@@ -162,15 +162,16 @@ def optimum_curve(
     payload: str | None = None,
     progress: Progress | None = None,
 ) -> OptimumCurve:
-    """The best set of drives over a range of payloads, cycle times, supply voltages or ambient temperatures.
+    """The best set of drives over a range of payloads, forces, cycle times, supply voltages or ambient temperatures.
 
     A payload is varied in mass and inertia alike (the same shape of another density); a cycle is slowed uniformly:
-    the same path at 1/s of the speed and 1/s^2 of the acceleration.
+    the same path at 1/s of the speed and 1/s^2 of the acceleration. All forces at the tip are varied by one factor.
 
     Args:
         study: The task.
         vary: The varied quantity.
-        span: Smallest and largest value: mass [kg], cycle time [s], [V] or [C]; or texts such as "6 kg".
+        span: Smallest and largest value: mass [kg], cycle time [s], [V], [C], or share of the force [%]; or texts such
+            as "6 kg".
         points: Size of the grid at which sets are selected; a set that is best only between two grid values can be
             missed.
         payload: Name of the payload whose mass is varied; None: the heaviest.
@@ -489,8 +490,10 @@ def _checked(study: Study, vary: Vary, payload: str | None, span: tuple[float, f
         faults.append(Fault("span", "must rise from its first to its last value", span))
     if vary in (Vary.CYCLE_TIME, Vary.VOLTAGE) and not low > 0.0:
         faults.append(Fault("span", f"a {vary.replace('_', ' ')} must be positive", low))
-    if vary is Vary.PAYLOAD and low < 0.0:
-        faults.append(Fault("span", "a payload must be 0 or more", low))
+    if vary in (Vary.PAYLOAD, Vary.FORCE) and low < 0.0:
+        faults.append(Fault("span", f"a {vary} must be 0 or more", low))
+    if vary is Vary.FORCE and study.cycle.tip_wrench is None:
+        faults.append(Fault("force", "cannot be varied: no step of the cycle has one"))
     faults += unknown_terms(study)
     if points < 2:
         faults.append(Fault("points", "must be two or more", points))

@@ -12,7 +12,7 @@ from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import CurveWanted
 
 # range relative to the study's value
-FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25)}
+FACTORS = {Vary.PAYLOAD: (0.5, 1.5), Vary.CYCLE_TIME: (0.75, 1.5), Vary.VOLTAGE: (0.75, 1.25), Vary.FORCE: (0.5, 1.5)}
 AROUND = 20.0  # half width of the range of ambient temperatures [K]
 
 
@@ -55,14 +55,15 @@ def check_trade_offs(study: Study) -> None:
         faults.attempt(check_criteria, study, wanted.front)
     for one in wanted.curves:
         vary = Vary(one.vary)
-        # Without a payload there is no usual range; any range shows the fault.
-        own = (0.0, 1.0) if vary is Vary.PAYLOAD and not vary.now(study) else usual_span(study, vary)
+        # Without a payload or a force there is no usual range; any range shows the fault.
+        lacking = vary in (Vary.PAYLOAD, Vary.FORCE) and not vary.now(study)
+        own = (0.0, 1.0) if lacking else usual_span(study, vary)
         faults.attempt(check_curve, study, vary, one.span or own)
     faults.raise_any()
 
 
 def usual_span(study: Study, vary: Vary) -> tuple[float, float]:
-    """The default range of a curve around the study's own value: [kg], [s], [V] or [C]."""
+    """The default range of a curve around the study's own value: [kg], [s], [V], [C] or [%]."""
     own, (low, high) = vary.now(study), FACTORS.get(vary, (1.0, 1.0))
     return (own - AROUND, own + AROUND) if vary is Vary.AMBIENT else (low * own, high * own)
 

@@ -177,8 +177,8 @@ def why_not(
     """Why a motor, a gear or a pair was not chosen, at one joint or at every joint.
 
     The part replaces the chosen drive, and the other drives of the chosen set remain. If it is infeasible, the smallest
-    changes of gear ratio, payload, cycle time and supply voltage that would make it feasible are found and evaluated.
-    The best set with the part is found by a further search with the part fixed.
+    changes of gear ratio, payload, cycle time, supply voltage and force at the tip that would make it feasible are
+    found and evaluated. The best set with the part is found by a further search with the part fixed.
 
     Args:
         study: The task.
@@ -322,10 +322,11 @@ def _best_with(study: Study, joint: int, pairs: Sequence[Pair]) -> Selection:
 
 
 def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[SmallestChange, ...]:
-    """The smallest changes of ratio, payload, cycle time and supply voltage that make a joint's drive feasible."""
+    """The smallest changes of ratio, payload, cycle time, voltage and force that make a joint's drive feasible."""
     study = question.study
-    payload, pace, voltage = (
-        task_number(question.family, setup.drives, vary) for vary in (Vary.PAYLOAD, Vary.CYCLE_TIME, Vary.VOLTAGE)
+    payload, pace, voltage, force = (
+        task_number(question.family, setup.drives, vary)
+        for vary in (Vary.PAYLOAD, Vary.CYCLE_TIME, Vary.VOLTAGE, Vary.FORCE)
     )
     slowest, held = _worst(pace, joint, pace.now * SLOWEST), ""
     if slowest.utilisation > 1.0 and study.arm is not None:
@@ -336,10 +337,11 @@ def _smallest_changes(question: _Question, joint: int, setup: Setup) -> tuple[Sm
         lighter = SmallestChange("payload", "kg", 0.0, reason="nothing is carried")
     else:
         lighter = _smallest(payload, joint, Vary.PAYLOAD, f"without {question.family.payloads[0]}")
+    weaker = (_smallest(force, joint, Vary.FORCE, "without a force at the tip"),) if force.now else ()
     return (
         _ratio(setup, joint), lighter,
         _smallest(pace, joint, Vary.CYCLE_TIME, f"in {MOST:g} times the time", held),
-        _smallest(voltage, joint, Vary.VOLTAGE, f"with {MOST:g} times the voltage"),
+        _smallest(voltage, joint, Vary.VOLTAGE, f"with {MOST:g} times the voltage"), *weaker,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.sizing.demand.demand import Workload, at_rest, held, needs_brakes
+from drivetrain.sizing.demand.demand import Workload, at_rest, held, needs_brakes, workload
 from drivetrain.sizing.demand.load_basis import JointBasis, Loads, load_basis
 from drivetrain.sizing.demand.stops import StopBasis, stop_basis
 from drivetrain.study.change import TaskChange, changed
@@ -26,13 +26,15 @@ Basis = tuple[JointBasis, ...]
 
 @dataclass(frozen=True, eq=False)
 class WorkFamily:
-    """A task with the loads of all its changes of payload and cycle time."""
+    """A task with the loads of all its changes of payload and cycle time; another force is computed anew."""
 
     study: Study  # the task unchanged
     payloads: tuple[str, ...] = ()  # names of the payloads that change; empty: all
 
     def at(self, change: TaskChange) -> Workload:
         """The loads of the changed task."""
+        if change.force != 1.0:
+            return workload(changed(self.study, change))
         study = changed(self.study, change)
         if study.arm is None:
             return Workload(study, (), study.cycle.weights)

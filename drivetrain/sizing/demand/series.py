@@ -1,7 +1,8 @@
 """The loads of one joint as arrays for compiled code: its motion, its load, and the load per unit of linear amounts.
 
-The load of a joint is linear in some amounts: the load parameters of drives, or the masses of payloads. It is kept as
-the load without them and the load per unit of each, so that one record serves every candidate and every random sample.
+The load of a joint is linear in some amounts: the load parameters of drives, or payloads and the force at the tip. It
+is kept as the load without them and the load per unit of each, so that one record serves every candidate and every
+random sample.
 Buffers are allocated once per joint; the judge overwrites them with each candidate.
 """
 
@@ -62,7 +63,7 @@ class Load(NamedTuple):
 
 
 class UnitLoads(NamedTuple):
-    """Load per unit of each of K amounts: load parameters (PARAMETERS for each drive) or masses of payloads."""
+    """Load per unit of each of K amounts: load parameters (PARAMETERS for each drive), or payloads and the force."""
 
     # As in ``Load``, (K, N), (K, 6, N), (K, N), (K, M), (K, N); (0, 0), (0, 6, 0) if K is 0.
     torque: Array

@@ -26,6 +26,7 @@ from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.results import Evaluation, JointResult, placed_checks
 from drivetrain.study.change import TaskChange, heaviest
 from drivetrain.study.model import Study
+from drivetrain.study.parts.selection import UNITS
 from drivetrain.study.parts.verdicts import Check, undecided
 
 NOT_CHECKED = " (not checked)"  # follows the name of a check that is undecided
@@ -40,15 +41,17 @@ class Vary(StrEnum):
     CYCLE_TIME = "cycle_time"
     VOLTAGE = "voltage"
     AMBIENT = "ambient"
+    FORCE = "force"  # at the tip, as a share of the study's own
 
     @property
     def unit(self) -> str:
-        return {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}[self.value]
+        return UNITS[self.value]
 
     @property
     def outwards(self) -> Array:
         """Shares of the study's value at which the smallest change is searched; other values count as another task."""
-        return np.linspace(1.0, 0.0, STEPS) if self is Vary.PAYLOAD else np.geomspace(1.0, MOST, STEPS)
+        less = self in (Vary.PAYLOAD, Vary.FORCE)
+        return np.linspace(1.0, 0.0, STEPS) if less else np.geomspace(1.0, MOST, STEPS)
 
     def now(self, study: Study, payload: str = "") -> float:
         """The study's own value; that of the heaviest payload where none is named."""
@@ -56,6 +59,8 @@ class Vary(StrEnum):
             return max((one.mass for one in study.payloads if payload in ("", one.name)), default=0.0)
         if self is Vary.CYCLE_TIME:
             return study.cycle.duration
+        if self is Vary.FORCE:
+            return 100.0 if study.cycle.tip_wrench is not None else 0.0
         return study.supply.voltage if self is Vary.VOLTAGE else study.ambient
 
     def change(self, study: Study, value: float, payload: str = "") -> TaskChange:
@@ -63,6 +68,8 @@ class Vary(StrEnum):
         now = self.now(study, payload)
         if self is Vary.AMBIENT:
             return TaskChange(ambient=value - now)
+        if self is Vary.FORCE:
+            return TaskChange(force=value / now)
         if self is Vary.PAYLOAD:
             return TaskChange(payload=value / now, payloads=(payload,) if payload else ())
         return TaskChange(time=value / now) if self is Vary.CYCLE_TIME else TaskChange(voltage=value / now)
@@ -141,7 +148,8 @@ def lighter_work(study: Study) -> WorkFamily:
 def task_number(family: WorkFamily, drives: Mapping[int, Drive], vary: Vary) -> Number:
     """A parameter of the task for a set of drives; the payload of a workload family if the family has members."""
     payload = next(iter(family.payloads), "")
-    study, name = family.study, {Vary.VOLTAGE: "supply voltage"}.get(vary, vary.replace("_", " "))
+    study, names = family.study, {Vary.VOLTAGE: "supply voltage", Vary.FORCE: "force at the tip"}
+    name = names.get(vary, vary.replace("_", " "))
     return Number(
         name, vary.unit, vary.now(study, payload),
         lambda value: Setup(family.at(vary.change(study, value, payload)), drives),

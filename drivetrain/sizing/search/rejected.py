@@ -225,12 +225,14 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
     family = lighter_work(near.study)
-    tried = [_changed(near, family, vary) for vary in (Vary.CYCLE_TIME, Vary.PAYLOAD, Vary.VOLTAGE)]
+    tried = [_changed(near, family, vary) for vary in (Vary.CYCLE_TIME, Vary.PAYLOAD, Vary.VOLTAGE, Vary.FORCE)]
     found = [text for text in tried if text]
     if not found:
-        payload = ", nor less payload," if _has_payload(near) else ""
+        pressing = near.study.cycle.tip_wrench is not None
+        less = ["payload"] * _has_payload(near) + ["force at the tip"] * pressing
+        lighter = "".join(f", nor less {one}" for one in less) + "," * bool(less)
         found = [
-            f"With these drives neither a slower cycle (up to {MOST:g} times as long){payload} nor more supply voltage "
+            f"With these drives neither a slower cycle (up to {MOST:g} times as long){lighter} nor more supply voltage "
             f"(up to {MOST:g} times) is enough by itself."
         ]
     paced = bool(tried[0]) or near.study.base is not None  # a moving base has a time of its own
@@ -291,6 +293,8 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
     if (vary is Vary.PAYLOAD and not _has_payload(near)) or (vary is Vary.CYCLE_TIME and near.study.base is not None):
         return ""
     number = task_number(family, named_drives(near.study, near.keys), vary)
+    if not number.now:  # no force
+        return ""
     found = first_edge(lambda value: number.put(value).holds(), number.now * vary.outwards)
     if found is None:
         return ""
@@ -301,6 +305,8 @@ def _changed(near: Nearest, family: WorkFamily, vary: Vary) -> str:
         return ""
     if vary is Vary.PAYLOAD:
         return f"With these drives less payload is enough: {_mass(near, factor)}."
+    if vary is Vary.FORCE:
+        return f"With these drives less force at the tip is enough: {after:.3g} % of that of the study."
     if vary is Vary.VOLTAGE:
         return f"With these drives more supply voltage is enough: {after:.4g} V instead of {now:g} V."
     kept = "" if near.study.arm is not None else ", at the table's torques"

@@ -1,8 +1,8 @@
-"""Random samples of motor, gear, payload and ambient values within their tolerances.
+"""Random samples of motor, gear, payload, force and ambient values within their tolerances.
 
-The values of a joint's parts are independent of those of other joints; each payload and the ambient temperature have
-one value per sample. A sample is one row of a stream of numpy's default generator (PCG64), so its values depend on the
-seed and on its row alone: not on the number of samples, on blocks, or on threads.
+The values of a joint's parts are independent of those of other joints; each payload, the ambient temperature and the
+forces at the tip have one value per sample. A sample is one row of a stream of numpy's default generator (PCG64), so
+its values depend on the seed and on its row alone: not on the number of samples, on blocks, or on threads.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ class Source:
     """One independent random quantity."""
 
     quantity: str  # name of its tolerance in the study
-    place: str = ""  # name of the joint or the payload; empty for the ambient temperature
+    place: str = ""  # name of the joint or the payload; empty for the ambient temperature and the force at the tip
 
     def __str__(self) -> str:
-        words = self.quantity.replace("_", " ")
+        words = {"force": "force at the tip"}.get(self.quantity, self.quantity.replace("_", " "))
         return f"{words} of {self.place}" if self.place else words
 
 
@@ -41,7 +41,8 @@ class Draws:
 
     factors: Array  # on the nominal values of each joint, in the order of ``PARTS``, (samples, n, 6)
     ambient: Array  # ambient temperature [C], (samples,)
-    payload: Array  # factors on mass and inertia of each payload, (samples, payloads)
+    # factors on mass and inertia of each payload and, last, on the forces at the tip, (samples, payloads + 1)
+    loads: Array
 
     def __len__(self) -> int:
         return len(self.ambient)
@@ -53,7 +54,8 @@ def sources(study: Study) -> tuple[Source, ...]:
     found = [Source(name, task.name) for task in study.joints for name in PARTS if name in given]
     if "payload" in given and study.arm is not None:
         found += [Source("payload", body.name) for body in study.payloads if body.mass > 0.0]
-    return (*found, Source("ambient")) if "ambient" in given else tuple(found)
+    found += [Source("ambient")] if "ambient" in given else []
+    return (*found, Source("force")) if "force" in given and study.cycle.tip_wrench is not None else tuple(found)
 
 
 def check_seed(seed: int) -> list[Fault]:
@@ -92,18 +94,20 @@ def deviated(study: Study, samples: int, deviations: Mapping[Source, Array]) -> 
     names = study.joint_names
     bodies = [body.name for body in study.payloads]
     factors = np.ones((samples, len(names), len(PARTS)))
-    ambient, payload = np.full(samples, study.ambient), np.ones((samples, len(bodies)))
+    ambient, loads = np.full(samples, study.ambient), np.ones((samples, len(bodies) + 1))
     for source, deviation in deviations.items():
         if source.quantity == "ambient":
             ambient += deviation
         elif source.quantity == "payload":
             body = bodies.index(source.place)
             mass = study.payloads[body].mass if _tolerance(study, source).absolute else 1.0
-            payload[:, body] = np.maximum(1.0 + deviation / mass, 0.0)
+            loads[:, body] = np.maximum(1.0 + deviation / mass, 0.0)
+        elif source.quantity == "force":
+            loads[:, -1] = np.maximum(1.0 + deviation, 0.0)
         else:
             at = names.index(source.place), PARTS.index(source.quantity)
             factors[:, at[0], at[1]] = np.maximum(1.0 + deviation, SMALLEST)
-    return Draws(factors, ambient, payload)
+    return Draws(factors, ambient, loads)
 
 
 def _tolerance(study: Study, source: Source) -> Tolerance:

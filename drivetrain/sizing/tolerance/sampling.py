@@ -67,7 +67,7 @@ class Nominal:
 
     study: Study  # the task
     work: Workload  # loads of all joints
-    payloads: tuple[UnitLoads, ...]  # load of each whole payload on each joint, by joint
+    scattering: tuple[UnitLoads, ...]  # load of each whole payload and of the forces at the tip, by joint
     # by index of a payload: factors on its mass, (K,), and the loads of all joints with it and all others light
     weighted: Mapping[int, tuple[Array, tuple[Workload, ...]]]
 
@@ -81,7 +81,7 @@ class Candidate:
     nominal: Evaluation  # with nominal values
     lossy: tuple[bool, ...]  # whether each joint has a real gear; an ideal one has no losses in any sample
     cases: tuple[Any, ...]  # nominal case by joint
-    works: tuple[JointSeries, ...]  # loads by joint; the amounts added to them are those of the payloads
+    works: tuple[JointSeries, ...]  # loads by joint; the amounts added to them are deviations of ``Draws.loads``
     checks: Any  # table of checks for compiled code
     # limits of the supply, in the order of ``SUPPLY_NAMES``, NaN if there is none or the power is unknown
     limits: Array
@@ -114,17 +114,20 @@ class Samples:
 
 def nominal_of(study: Study, work: Workload | None = None) -> Nominal:
     """A study prepared for any set of drives."""
-    scattered = study.payloads if "payload" in study.tolerances.given and study.arm is not None else ()
-    weightless = {body.name: changed(study, TaskChange(payload=0.0, payloads=(body.name,))) for body in scattered}
-    without = {name: workload(one) for name, one in weightless.items()}
+    without, doubled = {}, None  # loads without each payload that has a tolerance, and with twice the force
+    for source in sources(study):
+        if source.quantity == "payload":
+            without[source.place] = workload(changed(study, TaskChange(payload=0.0, payloads=(source.place,))))
+        elif source.quantity == "force":
+            doubled = workload(changed(study, TaskChange(force=2.0)))
     own = workload(study) if work is None else replace(work, study=study)
-    rows = tuple(_payload_rows(own, without, joint) for joint in range(len(study.joints)))
+    rows = tuple(_scattering_rows(own, without, doubled, joint) for joint in range(len(study.joints)))
     return Nominal(study, own, rows, _weighted(study) if study.stiffness.stated else {})
 
 
 def _weighted(study: Study) -> dict[int, tuple[Array, tuple[Workload, ...]]]:
     """By index of each payload with a tolerance: factors on its mass, (K,), and the loads with all others light."""
-    factors = from_uniform(study, np.repeat(LEVELS[:, None], len(sources(study)), axis=1)).payload
+    factors = from_uniform(study, np.repeat(LEVELS[:, None], len(sources(study)), axis=1)).loads[:, :-1]
     found = {}
     for i in np.flatnonzero(np.ptp(factors, axis=0) > 0.0).tolist():
         rows = np.repeat(factors[:1], len(LEVELS), axis=0)
@@ -150,7 +153,7 @@ def _stiffness(work: Workload, drives: Mapping[str, Pair]) -> Array:
     return np.array([used.get(name) for name in ARM_NAMES], dtype=np.float64)  # None becomes NaN
 
 
-def _stiffness_at(ready: Candidate, payload: Array) -> Array:
+def _stiffness_at(ready: Candidate, loads: Array) -> Array:
     """Utilisations of the checks of the arm's stiffness with drawn payloads, interpolated, (S, checks).
 
     Each phase of the cycle carries one payload at most, so that the worst of all payloads counts, each with all others
@@ -158,25 +161,30 @@ def _stiffness_at(ready: Candidate, payload: Array) -> Array:
 
     Args:
         ready: The set of drives.
-        payload: Factors on the payloads, (S, payloads).
+        loads: As in ``Draws``, (S, payloads + 1).
     """
     if not ready.stiffness:
-        return np.repeat(figures_of(ready.nominal)[2][None], len(payload), axis=0)
+        return np.repeat(figures_of(ready.nominal)[2][None], len(loads), axis=0)
     found = [
-        [np.interp(payload[:, i], factors, used) for used in rows.T] for i, (factors, rows) in ready.stiffness.items()
+        [np.interp(loads[:, i], factors, used) for used in rows.T] for i, (factors, rows) in ready.stiffness.items()
     ]
     return np.asarray(np.max(found, axis=0).T)
 
 
-def _payload_rows(work: Workload, without: Mapping[str, Workload], joint: int) -> UnitLoads:
-    """Load of each whole payload on a joint; empty if payloads have no tolerance."""
+def _scattering_rows(
+    work: Workload, without: Mapping[str, Workload], doubled: Workload | None, joint: int
+) -> UnitLoads:
+    """Load of each whole payload and of the forces at the tip on a joint; empty if none of them has a tolerance."""
     full = load_of(work.at(joint, {}).fixed)
-    if not without:
+    if not without and doubled is None:
         return no_unit_loads(full)
     rows = []
     for body in work.study.payloads:
-        empty = load_of(without[body.name].at(joint, {}).fixed)
+        empty = load_of(without[body.name].at(joint, {}).fixed) if body.name in without else full
         rows.append([with_it - bare for with_it, bare in zip(full, empty, strict=True)])
+    if doubled is not None:
+        twice = load_of(doubled.at(joint, {}).fixed)
+        rows.append([more - once for more, once in zip(twice, full, strict=True)])
     return UnitLoads(*(np.stack(column) for column in zip(*rows, strict=True)))
 
 
@@ -189,7 +197,7 @@ def candidate(nominal: Nominal, drives: Mapping[str, Pair]) -> Candidate:
     study, filled_parts = evaluation.study, FilledParts(nominal.study)
     mounted = {i: filled_parts.drive(task, *drives[task.name]) for i, task in enumerate(study.joints)}
     cases, works = [], []
-    for joint, unit_loads in enumerate(nominal.payloads):
+    for joint, unit_loads in enumerate(nominal.scattering):
         demand = nominal.work.at(joint, mounted).demand(mounted[joint])
         cases.append(cases_of(study, joint, demand, [mounted[joint]]))
         works.append(joint_series(demand, unit_loads))
@@ -245,7 +253,7 @@ def judged(ready: Candidate, draws: Draws, *, threads: int = 1) -> Iterator[Samp
     """Evaluate samples block by block; the results do not depend on blocks or threads."""
     parts = [slice(first, min(first + BLOCK, len(draws))) for first in range(0, len(draws), BLOCK)]
     threads = max(min(threads, len(parts)), 1)
-    deviation = np.abs(draws.payload - 1.0).max(axis=0)
+    deviation = np.abs(draws.loads - 1.0).max(axis=0)
     life = ready.study.safety.life is not None
     spare = [
         tuple(_peaks_kept(*one, deviation, life) for one in zip(ready.works, ready.cases, strict=True))
@@ -270,12 +278,12 @@ def _peaks_kept(series: JointSeries, case: Any, most: Array, life: bool) -> Join
     """A copy of the loads with its own buffers, without samples of the cycle at which a load cannot peak.
 
     Bearing, brake and inertia checks need the largest load only, so the samples are kept at which it may occur within
-    the payload deviations. Bearing life, and stops at the current limit, need all samples.
+    these deviations. Bearing life, and stops at the current limit, need all samples.
 
     Args:
         series: Loads of one joint.
         case: Its nominal case, (1,).
-        most: Largest relative deviation of each payload, (payloads,).
+        most: Largest relative deviation of each payload and of the forces, (payloads + 1,).
         life: Whether bearing life is checked.
     """
     load, unit, most = series.load, series.unit_loads, most[: len(series.unit_loads.torque)]
@@ -320,7 +328,7 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
         drawn = power[: some.stop - first]
         drawn[:] = 0.0
         for joint, series in enumerate(works):
-            amounts = draws.payload[part][some, : len(series.unit_loads.torque)] - 1.0
+            amounts = draws.loads[part][some, : len(series.unit_loads.torque)] - 1.0
             own = cases[joint][some]
             judge_cases(
                 own, as_numbers(own), ready.checks, series, np.ascontiguousarray(amounts), np.inf, False, drawn,
@@ -340,7 +348,7 @@ def _block(ready: Candidate, works: tuple[JointSeries, ...], draws: Draws, part:
         share[doubtful] = np.nan
     supply[:, np.isnan(ready.limits)] = np.nan
     proven = not (ready.nominal.lacking or failed_undrawn(ready.nominal))
-    arm = _stiffness_at(ready, draws.payload[part])
+    arm = _stiffness_at(ready, draws.loads[part])
     return Samples(np.swapaxes(used, 0, 1), supply, arm, unmade, proven)
 
 

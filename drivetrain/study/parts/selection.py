@@ -14,7 +14,8 @@ from drivetrain.units import TEXT, Duration, Function, Quantity, quantity, read_
 
 TERMS = ("mass", "price", "energy")  # terms of the objective
 CRITERIA = (*TERMS, "utilisation")  # criteria of a Pareto front
-UNITS = {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC"}  # quantities that a curve may vary
+# quantities that a curve may vary; a force is a share of the study's own
+UNITS = {"payload": "kg", "cycle_time": "s", "voltage": "V", "ambient": "degC", "force": "%"}
 POSITIVE = ("cycle_time", "voltage")
 FORM = "such as payload, or payload: 0 kg..8 kg"
 
@@ -93,7 +94,7 @@ class CurveWanted:
     """A curve of the best set over one number of the task.
 
     Attributes:
-        vary: ``payload`` [kg], ``cycle_time`` [s], ``voltage`` [V] or ``ambient`` [C].
+        vary: ``payload`` [kg], ``cycle_time`` [s], ``voltage`` [V], ``ambient`` [C] or ``force`` [%].
         span: Smallest and largest value, in the unit above; None: a range around the study's own value.
     """
 
@@ -146,7 +147,7 @@ def read_curve(text: object, place: str = "curves") -> CurveWanted:
 def read_span(vary: str, ends: tuple[str, str], places: tuple[str, str]) -> tuple[float, float]:
     """The ends of a curve in SI (temperatures [C]); raises InputError with the faults of both."""
     faults = Faults()
-    least = 0.0 if vary == "payload" else None
+    least = 0.0 if vary in ("payload", "force") else None
     above = 0.0 if vary in POSITIVE else None
     low, high = (
         faults.attempt(quantity, end, UNITS[vary], place, minimum=least, above=above)

@@ -6,13 +6,13 @@ As a guide, as few makers state tolerances: Beckhoff states 10 % for the data of
 catalogues of strain-wave gears show how efficiency and no-load torque change with temperature and load; this is more
 than the scatter between parts.
 
-Motor and gear of every joint are drawn independently; ambient temperature and each payload are the same for all joints.
-There is no other correlation: if all motors of a batch deviate in the same direction, they fail together more often
-than computed here.
+Motor and gear of every joint are drawn independently; ambient temperature, each payload and the forces at the tip,
+which share one draw, are the same for all joints. There is no other correlation: if all motors of a batch deviate in
+the same direction, they fail together more often than computed here.
 
 The distributions are uniform and normal. A normal distribution is unbounded and is clipped only at physical limits:
 factors on parts at 1 % of the nominal value (with 30 %, the largest that a study file may state, one part in 2000 is
-clipped), payloads at zero, efficiencies at 1.
+clipped), payloads and forces at zero, efficiencies at 1.
 """
 
 from __future__ import annotations
@@ -111,6 +111,7 @@ class Tolerances:
         ambient: Tolerance of the ambient temperature.
         drag: Tolerance of the drag (running, seals, starting) of gears whose data sheets give mesh and drag separately.
             That of the shipped strain-wave rows is 20 % for sizes 14 to 25 and 40 % elsewhere (catalogs/SOURCES.md).
+        force: Tolerance of the forces and moments at the tip, one common draw for all.
         samples: Number of sets of parts to draw.
         seed: Seed of the random numbers.
     """
@@ -123,6 +124,7 @@ class Tolerances:
     payload: Annotated[Tolerance, _Scatter("kg")] | None = None
     ambient: Annotated[Tolerance, _Scatter("K", relative=False)] | None = None
     drag: Scatter | None = None
+    force: Scatter | None = None
     samples: Annotated[int, Ge(100)] = 20000
     seed: Annotated[int, Ge(0)] = 1
 

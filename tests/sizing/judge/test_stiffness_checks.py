@@ -106,7 +106,7 @@ def test_stiffness_scatters_with_the_payload_of_a_sample(make, scatter):
     study = replace(study, stiffness=StiffnessWish(first_resonance=0.98 * first, tip_deviation=1.0))
     evaluation, draws = evaluate(study), drawn(study, 6, 4)
     (found,) = judged(candidate(nominal_of(study), evaluation.drives), draws)
-    for sample, factors in enumerate(draws.payload):
+    for sample, factors in enumerate(draws.loads[:, :-1]):
         own = tuple(replace(one, mass=one.mass * factor) for one, factor in zip(bodies, factors, strict=True))
         expected = figures_of(evaluate(replace(study, payloads=own)))[2]
         np.testing.assert_allclose(found.arm[sample], expected, rtol=1e-3)  # of linear interpolation between 8 masses

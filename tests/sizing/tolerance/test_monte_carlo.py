@@ -99,7 +99,7 @@ def test_wide_draws_too(example):
         draws = drawn(study, 3, seed)
         wide = replace(
             draws, factors=np.clip(draws.factors * factor, 0.3, None), ambient=draws.ambient + 20.0,
-            payload=draws.payload * (0.0 if seed else 1.3),
+            loads=draws.loads * (0.0 if seed else 1.3),
         )  # fmt: skip
         joints, supply = figures(study, drives, wide)
         for sample in range(3):

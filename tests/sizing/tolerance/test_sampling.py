@@ -27,15 +27,17 @@ from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 ALL = Tolerances(
     Tolerance(0.05), Tolerance(0.05), Tolerance(0.3), Tolerance(0.05), Tolerance(0.1, normal=True),
     Tolerance(0.1, normal=True, absolute=True), Tolerance(8.0, absolute=True), Tolerance(0.4),
+    Tolerance(0.5),
 )  # fmt: skip
 
 
 def case(make, kind, seed):
-    """A random study of a kind, with a payload where there is an arm, and random drives."""
+    """A random study of a kind, with a payload and forces at the tip where there is an arm, and random drives."""
     study, rng = TASKS.random_study(make, seed, kind), np.random.default_rng(1000 + seed)
     if study.arm is not None:
         carried = np.where(np.arange(len(study.cycle.time)) % 17 < 9, 0, -1)
-        cycle = replace(study.cycle, payload=carried, payload_names=("part",))
+        wrench = 5.0 * np.random.default_rng(seed).normal(size=(3, 6))[np.arange(len(carried)) % 3]
+        cycle = replace(study.cycle, payload=carried, payload_names=("part",), tip_wrench=wrench)
         study = replace(study, cycle=cycle, payloads=(make.payload(1.0),))
     motors, gears, drives = list(study.catalog.motors), [*study.catalog.gears, ""], {}
     for task in study.joints:
@@ -69,9 +71,10 @@ def test_every_kind_of_task_is_judged_as_evaluate_does(make, kind):
 def test_windings_that_run_away_do_so_in_the_same_samples(make, kind, seed):
     """Thermal resistances from a third to thrice their nominal value: some samples have no steady state."""
     study, drives = case(make, kind, seed)
+    study = replace(study, cycle=replace(study.cycle, tip_wrench=None))
     factors = np.tile(drawn(study, 1, 0).factors, (12, 1, 1))
     factors[:, :, 4] = np.geomspace(0.3, 3.0, 12)[:, np.newaxis]
-    draws = Draws(factors, np.full(12, 25.0), np.ones((12, len(study.payloads))))
+    draws = Draws(factors, np.full(12, 25.0), np.ones((12, len(study.payloads) + 1)))
     used, _ = figures(study, drives, draws)
     expected = [figures_of(evaluate(built(study, drives, draws, sample)))[0] for sample in range(12)]
     found, told = (one[:, :, NAMES.index("winding temperature")] for one in (used, np.array(expected)))
@@ -96,7 +99,7 @@ def test_no_number_depends_on_blocks_or_threads(make, monkeypatch):
 def test_samples_come_in_the_same_stream_however_many_at_once(make):
     study, _ = case(make, "arm", 1)
     whole, parts = drawn(study, 100, 9), list(streamed(study, 100, 9, most=33))
-    for name in ("factors", "ambient", "payload"):
+    for name in ("factors", "ambient", "loads"):
         np.testing.assert_array_equal(np.concatenate([getattr(part, name) for part in parts]), getattr(whole, name))
     assert deviated(study, 2, {}).ambient.tolist() == [study.ambient] * 2
 
