@@ -52,8 +52,8 @@ def spread_section(found: Spread) -> Section:
     choice = "" if found.choice is None else f" The set {found.choice.proof}."
     how = (
         f"{_grouped(odds.samples)} sampled arms, seed {odds.seed}, each evaluated by all checks. The values of the "
-        "motor and gear of each joint, the ambient temperature, each payload and the forces at the tip together are drawn "
-        "independently for each arm. "
+        "motor and gear of each joint, the ambient temperature, each payload and the forces at the tip together are "
+        "drawn independently for each arm. "
         f"Limits of data sheets stay as printed. {'; '.join(law_lines(odds.evaluation.study))}."
     )
     if "arm" in odds.checks:

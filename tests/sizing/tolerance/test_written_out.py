@@ -80,7 +80,7 @@ def test_gears_that_lock_or_lose_little_when_driven_back(make, back: float) -> N
                        tolerances=Tolerances(efficiency=Tolerance(0.2)))  # fmt: skip
     factors = np.ones((3, 1, 6))
     factors[:, 0, EFFICIENCY] = 0.8, 1.0, 1.2
-    same(judged_twice(study, Draws(factors, np.full(3, 25.0), np.ones((3, 0)))))
+    same(judged_twice(study, Draws(factors, np.full(3, 25.0), np.ones((3, 1)))))
 
 
 @pytest.mark.parametrize("speed", [0.02, 3.0])
@@ -90,7 +90,7 @@ def test_a_supply_that_takes_nothing_back(make, speed: float) -> None:
     study = make.study(make.table_cycle(time, 0 * time - 0.4, 0 * time + speed, 0 * time),
                        supply=Supply(48.0, regenerated_power=0.0),
                        tolerances=Tolerances(resistance=Tolerance(0.2)))  # fmt: skip
-    draws = Draws(np.ones((2, 1, 6)), np.full(2, 25.0), np.ones((2, 0)))
+    draws = Draws(np.ones((2, 1, 6)), np.full(2, 25.0), np.ones((2, 1)))
     (joints, supply) = judged_twice(study, draws)
     same((joints, supply))
     assert sorted(set(supply[0][~np.isnan(supply[0])])) in ([0.0], [np.inf])
@@ -107,7 +107,7 @@ def test_largest_loads_on_bearings_and_shafts_of_an_arm_in_space(make) -> None:
     tasks = tuple(make.task(name) for name in arm.joint_names)
     study = make.study(cycle, arm=arm, joints=tasks, payloads=(make.payload(3.0, "big"), make.payload(0.05, "small")),
                        tolerances=Tolerances(payload=Tolerance(0.9)))  # fmt: skip
-    shares = np.array([[0.2, 1.0], [1.9, 1.0], [1.0, 1.9], [1.6, 0.3]])
+    shares = np.array([[0.2, 1.0, 1.0], [1.9, 1.0, 1.0], [1.0, 1.9, 1.0], [1.6, 0.3, 1.0]])  # the last: of no force
     same(judged_twice(study, Draws(np.ones((4, 6, 6)), np.full(4, 25.0), shares)))
 
 
