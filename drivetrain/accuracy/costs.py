@@ -57,11 +57,7 @@ def judged_interval(engine: Engine, duration: float) -> float:
 
 
 def run_to_end(ready: Plan, engine: Engine) -> Recording:
-    """Simulate a plan, recorded finely enough to be judged.
-
-    Raises:
-        InputError: The run stopped before its end.
-    """
+    """Simulate a plan, recorded finely enough to be judged; InputError if it stops before its end."""
     interval = judged_interval(engine, ready.scene.duration)
     recording = simulate(ready, solver=engine, interval=interval, checked=False)
     if recording.stopped_by is not None:

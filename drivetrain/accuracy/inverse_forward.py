@@ -25,13 +25,8 @@ def inverse_against_forward(
 ) -> CurrentsCompared:
     """Compare the currents of an evaluation with a forward simulation, joint by joint.
 
-    Args:
-        evaluation: The evaluated drives.
-        scene: Their scene with all effects; None: built here. Effects unknown to sizing are left out.
-        engine: The engine of the simulation; None: fixed steps of 0.5 ms.
-
-    Returns:
-        Currents of both, their differences, and the recording of the simulation.
+    Effects of the scene that are unknown to sizing are left out. By default the scene is built here, and simulated with
+    fixed steps of 0.5 ms.
     """
     full = full_scene(evaluation) if scene is None else scene
     engine = FixedStep(5e-4) if engine is None else engine

@@ -112,11 +112,8 @@ class Chain:
 def command(arm: Chains, axes: Any, targets: Any, size: Any) -> None:
     """One tick: sets current, temperatures and overload of every axis.
 
-    Args:
-        arm: Chains of the arm.
-        axes: Records of ``Axis``, (n,).
-        targets: Rows of ``TARGETS`` [rad or m, and per s, s^2], (5, n).
-        size: Sum of squares of the positions; large values need another method for sines.
+    ``targets`` are the rows of ``TARGETS``, (5, n); ``size`` is the sum of squares of the positions, of which large
+    values need another method for sines.
     """
     n = len(axes)
     position, speed, acceleration, at, moving = targets[0], targets[1], targets[2], targets[3], targets[4]
@@ -186,12 +183,8 @@ def counterbalance_torque(balances: Any, angle: Any) -> Any:
 def drive(axis: Any, load: Any, rotor_torque: Any, planned: Any, measured: Any) -> None:
     """One tick of an axis: sets its current, temperatures and overload.
 
-    Args:
-        axis: The axis.
-        load: Torque of the load at the gear's output [N m].
-        rotor_torque: Torque of the rotor's inertia, referred to the gear's output [N m].
-        planned: Target speed of the gear's output [rad/s].
-        measured: Measured speed of the gear's output [rad/s].
+    Torques of the load and of the rotor's inertia are at the gear's output [N m], as its planned and its measured speed
+    [rad/s].
     """
     mesh, heat = mesh_of(axis.gear), axis.heat
     torque = rotor_torque / mesh.ratio + torque_for_load(axis, mesh, load, planned)

@@ -441,14 +441,7 @@ def bus_step(energy: Any, drawn: Any, least_energy: Any, most_energy: Any, feeda
 def burnable(energy: Any, regenerated: Any, most_energy: Any, length: Any, rate: Any) -> Any:
     """Energy that a brake resistor can dissipate in an interval of constant regenerated power [J].
 
-    Above ``most_energy`` it is on, and the energy E of the bus follows E' = P - r E.
-
-    Args:
-        energy: Energy of the bus at the start [J].
-        regenerated: Power P that the drives feed back [W].
-        most_energy: Energy at the threshold [J].
-        length: Length of the interval [s].
-        rate: r = 2/(R C) [1/s].
+    Above ``most_energy`` [J] it is on, and the energy E of the bus follows E' = P - r E with r = 2/(R C) [1/s].
     """
     if energy < most_energy:
         above = energy + regenerated * length - most_energy

@@ -466,11 +466,8 @@ def standstill_interval(gear: Gear, output_torque: Array) -> StandstillInterval:
 
 
 def torque_exponent(gear: Gear) -> float:
-    """Exponent of torque in the gear's average torque and life.
-
-    Reference:
-        Ball-bearing exponent 3 (Harmonic Drive catalogues; cubic mean torque of planetary gears), roller-bearing
-        exponent 10/3.
+    """Exponent of torque in the gear's average torque and life: 3 for ball bearings (Harmonic Drive catalogues; cubic
+    mean torque of planetary gears), 10/3 for roller bearings.
     """
     if gear.life_exponent is not None:
         return gear.life_exponent

@@ -102,11 +102,9 @@ def torque_terms(
     """Motor torque of a motion as a function of the ratio, with the losses of the drive.
 
     The direction of power at the gear's output does not depend on the ratio, and therefore neither does the torque
-    factor of the mesh, so three ratios determine all terms. Two effects that do not fit this form are neglected: the
-    decrease of motor friction with speed (Stribeck), and breakaway from rest.
-
-    Reference:
-        Lynch and Park, Modern Robotics (2017), equation 8.111, ordered by powers of G.
+    factor of the mesh, so three ratios determine all terms (Modern Robotics, equation 8.111, ordered by powers of G).
+    Two effects that do not fit this form are neglected: the decrease of motor friction with speed (Stribeck), and
+    breakaway from rest.
     """
     plain = replace(shaft_friction(drive), static=None, stribeck_speed=None)
     middle, gear, dragging = abs(drive.gear.ratio), drive.gear, 0.0
@@ -172,10 +170,8 @@ def ratio_of_least_peak(terms: TorqueTerms) -> float:
 
 
 def rated_ranges(terms: TorqueTerms, rated_torque: float) -> tuple[RatioRange, ...]:
-    """Ranges of ratios at which the RMS torque is within a rated torque [N m].
-
-    Reference:
-        As for ``load_match``, with direction of power, Coulomb friction and carrier acceleration included.
+    """Ranges of ratios at which the RMS torque is within a rated torque [N m]: as ``load_match``, but with direction of
+    power, Coulomb friction and carrier acceleration included.
     """
     x, y, xz, yz, zz, xy = _moments(terms)
     rest = zz + 2.0 * xy - rated_torque**2

@@ -12,18 +12,13 @@ from drivetrain.errors import LARGEST, Fault
 
 @dataclass(frozen=True)
 class Range:
-    """Permitted range of a value.
+    """Permitted range of a value."""
 
-    Attributes:
-        words: The range as text for a user.
-        low, high: Ends of the range, in the unit of the value.
-        low_included: Whether ``low`` itself is allowed; ``high`` always is.
-    """
-
-    words: str
+    words: str  # the range as text for a user
+    # ends of the range, in the unit of the value
     low: float = -math.inf
     high: float = math.inf
-    low_included: bool = False
+    low_included: bool = False  # whether ``low`` itself is allowed; ``high`` always is
 
     def holds(self, value: float) -> bool:
         """Whether a number lies in the range and is not too large to calculate with."""

@@ -232,24 +232,18 @@ def _frequencies(masses: Array, twists: Array, springs: Array) -> Array:
 
 
 def struck_torques(inertia: Array, stiffness: Array, speed: Array, excess: Array) -> Array:
-    """Bound on the torques of springs between rotors and links if all rotors stop, each within any time, undamped.
+    """Bound on the torques of springs between rotors and links if all rotors stop, each within any time [N m], (S, n).
 
     On rotors at rest, the links oscillate in modes. A rotor that slows excites them as the same change of its link's
     speed would, at whatever time, so the amplitudes of all changes add up at most. For one joint, this is the amplitude
     ``w sqrt(K J)`` of a link that is stopped at once, and that of a release from its load.
 
-    Args:
-        inertia: Inertia that the springs carry, at the joints [kg m^2], (S, n, n).
-        stiffness: Largest stiffness of each spring [N m/rad], (n,); NaN if unknown, whose torques are not bounded.
-        speed: Speeds of the joints, with which rotors and links turn before the stop [rad/s], (S, n).
-        excess: Torque of each spring before the stop, less the one that it has at rest [N m], (S, n).
+    ``inertia`` is that at the joints, (S, n, n); ``stiffness`` the largest one of each spring, NaN if unknown, whose
+    torques are not bounded; ``speed`` and ``excess`` those before the stop, the torques less those at rest, (S, n). The
+    bound is on what is added to the torques at rest.
 
-    Returns:
-        Largest torque of each spring in addition to the one at rest [N m], (S, n).
-
-    Reference:
-        Modal superposition with ``y = sqrt(K) x`` for the wind-ups x: ``A y'' + y = 0``, A = inertia over the roots of
-        the stiffnesses, with the eigenvalues 1/omega^2.
+    Reference: modal superposition with ``y = sqrt(K) x`` for the wind-ups x: ``A y'' + y = 0``, A = inertia over the
+    roots of the stiffnesses, with the eigenvalues 1/omega^2.
     """
     unknown = np.isnan(stiffness)
     root = np.sqrt(np.where(unknown, RIGID * np.nanmax(stiffness, initial=1.0), stiffness))

@@ -59,17 +59,11 @@ def run(
     tip: Array = NO_TIP,
     outputs: Outputs = TORQUE_ONLY,
 ) -> Array:
-    """The generalised torques of a motion by the compiled recursion, (N, n).
+    """The generalised torques of a motion (q, qd, qdd) by the compiled recursion, (N, n); InputError for a number that
+    is not finite.
 
-    Args:
-        model: The packed arm.
-        motion: q, qd and qdd, (N, n) each.
-        gravity: In the base frame [m/s^2], (3,); None: the arm's.
-        tip: From ``tip_samples``.
-        outputs: Further arrays to fill.
-
-    Raises:
-        InputError: A number that is not finite.
+    ``gravity`` is that of the arm unless it is given; ``tip`` comes from ``tip_samples``; ``outputs`` are further
+    arrays to fill.
     """
     wide, filled = motion, outputs
     if model.spread is not None:

@@ -93,11 +93,8 @@ def sampling_notes(time: Array, positions: list[Array]) -> list[str]:
 def jump_faults(time: Array, series: Series, resolution: float, *, turns: bool) -> list[Fault]:
     """Faults where a position jumps, or has a spike of one sample.
 
-    Args:
-        time: [s], (N,).
-        series: The positions.
-        resolution: Step between readings, in SI; jumps of up to 20 such steps are accepted.
-        turns: Whether the joint is revolute, so that a jump of 360 degrees is a wrapped angle.
+    Jumps of up to 20 steps of the ``resolution`` [SI] are accepted. Where a joint turns, a jump of 360 degrees is a
+    wrapped angle.
     """
     length, scale = np.diff(time), factor(series.unit)
     step = np.abs(np.diff(series.values))
@@ -144,11 +141,7 @@ def spike_warnings(time: Array, acceleration: Array, joint: str, unit: str) -> I
 def rate_mismatch(time: Array, values: Series, rates: Series, smallest: float) -> tuple[list[Fault], list[str]]:
     """Faults and warnings where the integrated rates differ from the given values.
 
-    Args:
-        time: [s], (N,).
-        values: The values.
-        rates: What is given as their time derivative.
-        smallest: Differences up to this are ignored, in SI, unless a known mistake explains them.
+    Differences up to ``smallest`` [SI] are ignored, unless a known mistake explains them.
     """
     travel = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (rates.values[1:] + rates.values[:-1]))])
     wanted, travel = values.values - values.values.mean(), travel - travel.mean()
@@ -239,13 +232,7 @@ def limit_notes(
     """Faults where a motion leaves the joints' ranges, and warnings where it exceeds the arm's speed limits.
 
     Exceeding a speed limit is only a warning, because the limit in a robot file is that of the drives to be replaced.
-
-    Args:
-        motion: Motion or cycle of n joints.
-        lower, upper: Limits of position [rad or m], (n,).
-        speed_limits: [rad/s or m/s], (n,).
-        name: What messages call the motion.
-        slides: Which joints are prismatic, (n,), so that messages use m and deg; None: "rad or m".
+    Messages call the motion ``name``, and use m and deg if ``slides`` says which joints are prismatic, (n,).
     """
     faults: list[Fault] = []
     warnings: list[str] = []

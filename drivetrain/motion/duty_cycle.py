@@ -137,18 +137,12 @@ class Cycle:
 
 @dataclass(frozen=True, eq=False)
 class StepForce:
-    """The force at the tip during one step of a cycle.
+    """The force at the tip during one step of a cycle."""
 
-    Attributes:
-        name: What to call it.
-        times: Times since the beginning of the step at which it has a kink [s], (K,).
-        wrench: From times since the beginning of the step [s], (N,), and the positions and speeds of the joints at
-            these times, (N, n), the moment [N m] and force [N] that the tip applies to its surroundings, in the tip
-            frame, (N, 6).
-    """
-
-    name: str
-    times: Array
+    name: str  # what to call it
+    times: Array  # times since the beginning of the step at which it has a kink [s], (K,)
+    # from times since the beginning of the step [s], (N,), and the positions and speeds of the joints at these times,
+    # (N, n), the moment [N m] and force [N] that the tip applies to its surroundings, in the tip frame, (N, 6)
     wrench: Callable[[Array, Array, Array], Array]
 
 
@@ -252,9 +246,7 @@ def _tip_wrenches(parts: Sequence[_Block] | Sequence[Cycle]) -> Array | None:
 def samples_between(time: Array, instants: Array, near: float) -> tuple[Indices, Array, Callable[[Array], Array]]:
     """Further samples at rising instants, interpolated linearly; none outside the given samples or ``near`` one [s].
 
-    Returns:
-        The samples before which they go, (K,), their instants, (K,), and the function that inserts them into a series,
-        (N, n).
+    Returns the samples before which they go, their instants, (K,) each, and a function that inserts them into a series.
     """
     after = np.searchsorted(time, instants, side="right").clip(1, len(time) - 1)
     away = np.minimum(np.abs(time[after] - instants), np.abs(time[after - 1] - instants)) > near

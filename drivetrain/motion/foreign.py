@@ -28,18 +28,10 @@ SHOWN = 5  # largest number of faults of one kind reported
 
 
 def foreign_table(path: str | Path, joint_names: Sequence[str], units: Sequence[str] | None = None) -> Table | None:
-    """Read a ROS 2 trajectory (.yaml, .yml), a ROS bag, a .mat or a .npz file as a table in SI.
+    """Read a ROS 2 trajectory (.yaml, .yml), a ROS bag, a .mat or a .npz file as a table in SI; None for another
+    suffix.
 
-    Args:
-        path: The file.
-        joint_names: Joints of the arm, (n,).
-        units: ``rad`` or ``m`` for each joint, (n,); None: all ``rad``.
-
-    Returns:
-        The table; None if the file has another suffix.
-
-    Raises:
-        InputError: A file that cannot be read, or lacks the joints, positions or times.
+    ``units`` are ``rad`` or ``m`` for each joint; None: all ``rad``.
     """
     reader = READERS.get(Path(path).suffix.lower())
     if reader is None:
@@ -208,9 +200,8 @@ def bag_messages(file: Path, kind: str) -> list[Any]:
 def joint_states(file: Path, joints: Sequence[str]) -> tuple[Array, dict[str, Array]]:
     """Measurements of joints in a ROS bag, from the JointState messages that name all of the joints.
 
-    Returns:
-        Time from the first message [s], (N,), and position, velocity and effort by name, (N, n) each, in SI; a quantity
-        that some of these messages lack is left out.
+    Returns the time from the first message [s], and position, velocity and effort by name, (N, n) each, in SI; a
+    quantity that some of these messages lack is left out.
     """
     states = [one for one in bag_messages(file, "JointState") if {*joints} <= {*one.name}]
     time = np.array([one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in states])

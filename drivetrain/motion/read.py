@@ -147,20 +147,10 @@ def read_load_table(
 
 
 def read_forces(path: str | Path | StringIO) -> Array:
-    """Read a force and a moment over time from a CSV file.
+    """Read a force and a moment over time from a CSV file: time [s], moment [N m] and force [N], (K, 7).
 
     Columns: ``time [s]``, which increases, and any of ``force_x [N]`` to ``force_z`` and ``moment_x [N m]`` to
     ``moment_z``; those that are missing are zero.
-
-    Args:
-        path: The file, or its text as a stream.
-
-    Returns:
-        Time [s], moment [N m] and force [N], (K, 7).
-
-    Raises:
-        InputError: Cells that are not numbers, misspelt columns or units, time that does not increase, neither a force
-            nor a moment; all of them listed.
     """
     table = read_table(path)
     found = assigned_columns(table, ("x", "y", "z"), (FORCE, MOMENT))

@@ -26,17 +26,9 @@ def quickest_squares(
 ) -> Array:
     """Largest squares of the speed along a path that its limits allow, at rest at both ends, (N,).
 
-    The acceleration is constant between two grid points.
-
-    Args:
-        place: Grid points of s, increasing, (N,).
-        by_acceleration, by_square, by_speed: Coefficients of the limits ``by_acceleration sdd + by_square sd^2
-            + by_speed sd <= limit``, (N, k) each; None for ``by_speed``: zeros.
-        limit: Right-hand sides, (N, k); not negative, since the path must be allowed to be at rest everywhere.
-        most: Largest allowed squares of speed, (N,).
-
-    Raises:
-        InputError: A negative limit.
+    Between two grid points ``place`` of s the acceleration is constant. The limits are ``by_acceleration sdd +
+    by_square sd^2 + by_speed sd <= limit``, (N, k) each; they are not negative, since the path must be allowed to be at
+    rest everywhere. ``most`` are the largest allowed squares of speed, (N,).
     """
     if (limit < 0.0).any():
         raise InputError(Fault("limit", "is broken standing still", int(np.argmax((limit < 0.0).any(axis=1)))))

@@ -261,12 +261,8 @@ def _frozen(series: Mapping[str, Series], size: int) -> dict[str, Series]:
 def energy_event(time: Array, error: Array, passed: float, stored: float, tolerance: float = 0.0) -> tuple[Event, ...]:
     """A warning if the energies of a run do not balance; empty if they do.
 
-    Args:
-        time: [s], (N,).
-        error: Error of the energy balance [J], (N,).
-        passed: Largest energy exchanged [J].
-        stored: Largest stored energy [J].
-        tolerance: Relative tolerance of the engine [-].
+    ``error`` is that of the balance [J], (N,), ``passed`` the largest energy exchanged, ``stored`` the largest stored
+    [J], ``tolerance`` the relative one of the engine.
     """
     off, most = np.abs(error), max(LARGEST_ERROR, 10.0 * tolerance) * passed + ROUNDING_ERROR * stored
     if not len(off) or not off.max() > most:

@@ -252,10 +252,8 @@ def _position_limit_events(plan: Plan, rows: Array) -> tuple[Event, ...]:
 
 
 def _finite_rows(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
-    """The rows before the first with a value that is NaN or above ``LARGEST_VALUE``, and the event that ended the run.
-
-    Raises:
-        InputError: The first row already contains such a value.
+    """The rows before the first with a value that is NaN or above ``LARGEST_VALUE``, and the event that ended the run;
+    InputError if that is the first row.
     """
     rows, stopped = outcome.rows, outcome.stopped_by
     if -LARGEST_VALUE < rows.min() and rows.max() < LARGEST_VALUE:  # false where there is a NaN

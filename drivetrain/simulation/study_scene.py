@@ -78,13 +78,10 @@ def refuse_unsimulated(study: Study, drives: Mapping[str, Drive] | None = None) 
 
 
 def axis_motion(study: Study, repetitions: int) -> tuple[Motion, GivenTorque]:
-    """Command and load torque of one axis that is given by a load table.
+    """Command and load torque of one axis that is given by a load table; InputError for a cycle without torques.
 
-    The table gives the torque that the drive must provide, T = J a + load, so the torque on the link from outside is
-    J a - T. A cycle that does not end at its start (a conveyor) is continued from its end.
-
-    Raises:
-        InputError: The cycle has no torques.
+    The table gives the torque that the drive must provide, T = J a + load, so the torque on the link from outside is J
+    a - T. A cycle that does not end at its start (a conveyor) is continued from its end.
     """
     cycle, task = study.cycle, study.joints[0]
     if cycle.torque is None:
@@ -188,12 +185,9 @@ def scene_of(study: Study, drives: Mapping[str, Drive], *, options: SceneOptions
 
 
 def _with_separate_motors(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
-    """The study and its drives for axes with two separate motors.
+    """The study and its drives for axes with two separate motors; InputError for a gear without stiffness between them.
 
     What acts at the joint of such an axis (friction, counterbalances) is assigned to its first motor.
-
-    Raises:
-        InputError: A gear without a stiffness, which is needed between the two motors.
     """
     whole, found, tasks = {task.name: task for task in as_single(study).joints}, dict(drives), list[JointTask]()
     hint = "its data sheet's torsional stiffness, such as 20 kN m/rad; backlash beside it, where there is any"

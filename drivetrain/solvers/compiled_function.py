@@ -35,10 +35,8 @@ def compiled(function: Callable[..., None]) -> Any:
 
 
 def address_of(function: Any, place: str, *, needed: bool = False) -> int:
-    """The address of a compiled function, or of an address given as an integer; 0 for None unless it is needed.
-
-    Raises:
-        InputError: Anything else; ``place`` names the argument in the message.
+    """The address of a compiled function, or of an address given as an integer; 0 for None unless it is needed;
+    InputError for anything else, at ``place``.
     """
     if function is None and not needed:
         return 0

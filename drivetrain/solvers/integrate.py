@@ -41,24 +41,11 @@ def integrate(
     correct: Correct | None = None,
     most_steps: int = MOST_STEPS,
 ) -> Solution:
-    """Integrate y' = f(t, y) and return the states at the output times.
+    """The states at the output times [s], of y' = f(t, y) from ``start`` (m,), with counters and why it stopped early.
 
-    Args:
-        solver: Method and settings.
-        rates: The right-hand side f(t [s], y (m,)), returns dy/dt (m,).
-        start: State at the first output time, (m,).
-        times: Output times [s], increasing, (N,), N >= 2.
-        breakpoints: Times at which the right-hand side is discontinuous [s]. No step crosses one, and on each side the
-            right-hand side is evaluated only at times of that side: an evaluation at the breakpoint itself is moved to
-            just before it while the step before it is computed. So no stage of a method sees the wrong side of a jump.
-        correct: Called after each step with (t, y); returns the corrected state, or None to leave it as it is.
-        most_steps: Number of steps after which the integration stops.
-
-    Returns:
-        The states, counters, and the reason if the integration stopped early.
-
-    Raises:
-        InputError: No solver, no valid times or start, or a correction together with a solver that runs compiled only.
+    No step crosses a breakpoint [s], at which f is discontinuous, and on each side f is evaluated only at times of that
+    side: an evaluation at the breakpoint itself is moved to just before it while the step before it is computed.
+    ``correct`` is called after each step with (t, y) and returns the corrected state, or None.
     """
     if not isinstance(solver, Solver):
         problem = "must be a solver, such as RungeKutta4(0.001) or DormandPrince853()"

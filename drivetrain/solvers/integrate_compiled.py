@@ -55,23 +55,8 @@ def integrate_compiled(
 ) -> CompiledSolution:
     """Integrate a compiled problem, without a call of Python between the first step and the last.
 
-    Args:
-        problem: Right-hand side, events and data.
-        solver: A method that runs compiled, such as Rodas5P.
-        start: State at the first output time, (n,); ignored when resuming.
-        times: Output times [s], increasing, (N,), N >= 2.
-        breakpoints: Times at which the right-hand side is discontinuous [s]. No step crosses one, and on each side the
-            right-hand side is evaluated only at times of that side.
-        most_steps: Number of steps after which the integration stops.
-        pause_after: Number of attempted steps after which it returns with a checkpoint; None: never.
-        resume: Checkpoint of a paused integration of the same problem; None: begin at ``start``.
-
-    Returns:
-        The output rows, counters, the reason if the integration stopped early, and a checkpoint.
-
-    Raises:
-        InputError: No valid times or start, a start of another size than the problem's, or a solver that does not run
-            compiled.
+    Times, breakpoints and ``start`` (ignored when resuming) are as for ``integrate``. After ``pause_after`` attempted
+    steps it returns with a checkpoint, from which ``resume`` continues.
     """
     from drivetrain.solvers.loop import advance  # imported here, since it compiles or reads the disk cache
 

@@ -38,23 +38,11 @@ def advance(
     methods: Any, runs: Any, states: Any, point: Array, result: Array, jacobian: Array, factors: Array,
     pivots: Any, events: Any, values: Array, output_times: Array, rows: Array, segments: Any,
 ) -> int:  # fmt: skip
-    """Integrate from the state in the records until the end, until the budget of steps is used up, or until a failure.
+    """Integrate from the state in the records until the end, until the budget of steps is used up, or until a failure;
+    returns a code of ``records``.
 
-    Args:
-        methods: Record METHOD, (1,).
-        runs: Record RUN, (1,).
-        states: Records STATE, (n,).
-        point, result: Scratch: a state at which functions are evaluated, and their values, (n,).
-        jacobian: Jacobian and df/dt, column by column, (n + 1, n).
-        factors, pivots: Scratch of the LU factorisation, (n, n) and (n,).
-        events: Records EVENT, (m,).
-        values: Scratch: values of the event functions, (m,).
-        output_times: [s], (N,).
-        rows: Output rows, (N, width).
-        segments: Records SEGMENT, one per interval between breakpoints.
-
-    Returns:
-        One of the return codes of ``records``.
+    ``methods`` and ``runs`` are one record METHOD and RUN, ``states`` n records STATE, ``events`` m records EVENT,
+    ``segments`` records SEGMENT. The rows of ``rows`` belong to the output times [s]. All else is scratch.
     """
     method, run = methods[0], runs[0]
     clock, count, settings = run.clock, run.count, run.settings

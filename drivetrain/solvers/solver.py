@@ -245,11 +245,7 @@ def check_positive(place: str, value: float, unit: str) -> None:
 
 
 def checked_times_and_start(times: Any, start: Any) -> tuple[Array, Array]:
-    """The output times [s], (N,), and a copy of the initial state, (m,), checked.
-
-    Raises:
-        InputError: Fewer than two output times, times that do not increase, or values that are not finite; all at once.
-    """
+    """The output times [s], (N,), and a copy of the initial state, (m,), checked; all faults are reported at once."""
     faults = Faults()
     output_times = faults.attempt(checked_array, times, (None,), "times")
     if output_times is not None and (len(output_times) < 2 or not (np.diff(output_times) > 0.0).all()):

@@ -153,10 +153,8 @@ def servo_plant(axis: ServoAxis, timing: ServoTiming) -> StateSpace:
 
 
 def notch_filter(notch: Notch, period: float) -> tuple[Array, Array]:
-    """A sampled notch filter by the bilinear transform with exact centre frequency.
-
-    Reference:
-        Astrom and Wittenmark, Computer-Controlled Systems, section 8.2 (Tustin's approximation with prewarping).
+    """A sampled notch filter by the bilinear transform with exact centre frequency (Astrom and Wittenmark,
+    Computer-Controlled Systems, section 8.2: Tustin's approximation with prewarping).
     """
     k = math.tan(0.5 * notch.frequency * period)
     # A damping ratio g gives 1 + 2 g k + k^2, 2 (k^2 - 1), 1 - 2 g k + k^2 for s^2 + 2 g w s + w^2.

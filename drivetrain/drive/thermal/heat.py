@@ -254,9 +254,8 @@ def rms_rule_validity(
 ) -> str | None:
     """Why a cycle cannot be checked by its RMS current alone: overloads too long for the winding. None if it can.
 
-    Reference:
-        Overload periods far shorter than the copper time constant (Parker K series, p. 12); the intermittent-duty
-        formula is to be used above about 5 % of the time constant (Danaher; EB-10X, p. 33).
+    They must be far shorter than the copper time constant (Parker K series, p. 12); the intermittent-duty formula is to
+    be used above about 5 % of it (Danaher; EB-10X, p. 33).
     """
     time, excess = np.asarray(time, dtype=np.float64), np.abs(current) - continuous_current
     longest = max(_longest_overload(time[part], excess[part]) for part in parts or (slice(None),))

@@ -36,10 +36,8 @@ def exact(value: float) -> Fraction | None:
 class Trigonometry:
     """Polynomials in positions, and in sines and cosines of angles that are linear combinations of positions.
 
-    Args:
-        variables: Symbols of the positions.
-        factors: Coefficients of each angle, one per variable.
-        rational: Whether all numbers are short decimals or fractions, so that the arithmetic is exact.
+    ``factors`` are the coefficients of each angle, one per variable; if all numbers are short decimals or fractions
+    (``rational``), the arithmetic is exact.
     """
 
     def __init__(self, variables: Sequence[Any], factors: Sequence[Sequence[float]], rational: bool):

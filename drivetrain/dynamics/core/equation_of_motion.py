@@ -60,17 +60,12 @@ def mass_and_bias(
     links: Any, rotors: Any, q: Array, qd: Array, bodies: Any,
     mass: Array, rotor_mass: Array, bias: Array, rotor_bias: Array,
 ) -> None:  # fmt: skip
-    """Fill mass matrix and bias of n coordinates, and the motion of the bodies.
+    """Fill mass matrix, (n, n), and bias (torques at constant speed), (n,), of n coordinates, and the motion of the
+    bodies.
 
-    Args:
-        links: Constants of joints, substitute joints and m rotors, records LINK, (n + m,).
-        rotors: Records ROTOR, (m,).
-        q, qd: Positions and speeds of the coordinates [rad or m, and per s], (n,).
-        bodies: Records of links, rotors and base from ``moving_bodies``, (joints + m + 1,).
-        mass: Output: mass matrix [kg m^2, kg m or kg], (n, n).
-        rotor_mass: Output: its part that acts on the motors directly, not through their gears, row by row, (n, n).
-        bias: Output: torques at constant speed [N m or N], (n,).
-        rotor_bias: Output: their part that acts on the motors directly, not through their gears, (n,).
+    ``links`` are records LINK of joints, substitute joints and m rotors, ``rotors`` m records ROTOR, ``bodies`` come
+    from ``moving_bodies``. ``rotor_mass`` and ``rotor_bias`` are the parts that act on the motors directly, not through
+    their gears.
     """
     joints = len(bodies) - len(rotors) - 1
     for i in range(len(q)):

@@ -56,20 +56,11 @@ def least_change(
     matrices: Array, jacobians: Array, force: Array, drift: Array, tolerance: float, motion: Array, multipliers: Array,
     found: Array,
 ) -> tuple[int, int]:  # fmt: skip
-    """Solve for x and lambda.
+    """Solve for x, ``motion`` (N, n), and lambda, ``multipliers`` (N, k); returns as ``factorise``.
 
-    Args:
-        matrices: M, (N, n, n), which are overwritten.
-        jacobians: A, (N, k, n).
-        force: f, (N, n).
-        drift: d, (N, k).
-        tolerance: Singular values below this share of the largest count as zero.
-        motion: Output: x, (N, n).
-        multipliers: Output: lambda, (N, k).
-        found: Output: rank, condition number of the rows kept, and largest part of d that no x can satisfy, (N, 3).
-
-    Returns:
-        As ``factorise``.
+    M, ``matrices`` (N, n, n), is overwritten. Singular values below a share ``tolerance`` of the largest count as zero.
+    ``found``, (N, 3): rank, condition number of the rows kept, and largest part of d, the ``drift``, that no x can
+    satisfy.
     """
     count, rows, n = jacobians.shape
     w, turns = np.empty((rows, n)), np.empty((rows, rows))

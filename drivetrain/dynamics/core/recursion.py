@@ -36,14 +36,10 @@ def recursion(
     """Fill the torque, and other outputs that have rows; returns 0, or NaN if a number is NaN, infinite, or beyond
     1e154.
 
-    Args:
-        links, rotors, gravity: See ``packed.Packed``.
-        q, qd, qdd: (N, n) [rad or m, and per s, s^2].
-        tip: 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N].
-        torque: Output: generalised torque, (N, n) [N m or N].
-        gear: Output: torque at the gears' outputs, (N, n) or no rows [N m or N].
-        axial: Output: angular acceleration of the previous link along the joint's axis, (N, n) or no rows [rad/s^2].
-        wrench: Output: wrench through the joint, in the joint's own frame, (N, n, 6) or no rows [N m, N].
+    Of ``tip`` there are 0, 1 or N wrenches on the environment in the last link's frame, (.., 6) [N m, N]. Outputs:
+    ``torque``, and where they have rows ``gear`` (at the gears' outputs) [N m or N], ``axial``, the angular
+    acceleration of the previous link along the joint's axis [rad/s^2], (N, n) each, and ``wrench`` through the joint,
+    in the joint's own frame, (N, n, 6).
     """
     n, bad = q.shape[1], 0.0
     # The last record of each is for rotors; body 0 is the base.

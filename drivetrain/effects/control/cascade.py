@@ -50,17 +50,10 @@ def speed_error(gains: Any, command: Any, position: float, speed: float) -> floa
 
 @law
 def demanded_current(gains: Any, error: float, integrator: float, lead: float, soft: float) -> Any:
-    """Current command of a cascade with limit and anti-windup.
+    """Current command of a cascade within its limit [A], rate of its integrator [A/s], and whether it is not limited.
 
-    Args:
-        gains: Record ``Gains``.
-        error: Speed error [rad/s].
-        integrator: Integrator [A].
-        lead: Time over which the integrator advances before its value is used [s].
-        soft: Band above the limit, as a share of it, in which the integrator slows down to rest.
-
-    Returns:
-        Current within the limit [A], rate of the integrator [A/s], and whether the current is not limited.
+    ``error`` is the speed error [rad/s], ``lead`` the time over which the integrator advances before its value is used
+    [s], ``soft`` the band above the limit, as a share of it, in which the integrator slows down to rest.
     """
     rate = gains.speed * gains.rate * error
     demanded = gains.speed * error + integrator + lead * rate

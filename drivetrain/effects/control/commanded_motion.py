@@ -35,13 +35,8 @@ class Own:
 def _interpolate(command: Any, table: Any, low: int, at: int, t: float, ended: bool) -> None:
     """Interpolate a command between two samples with the quintic polynomial that matches both.
 
-    Args:
-        command: Record ``Motion``, filled.
-        table: The effect's table.
-        low: Row before t.
-        at: Column of the position.
-        t: [s].
-        ended: Whether the command has ended, so that its last position is held.
+    ``low`` is the row before t [s], ``at`` the column of the position; once the command has ended, its last position is
+    held.
     """
     span = table[low + 1, 0] - table[low, 0] if low + 1 < len(table) else 0.0
     q = table[low, at]

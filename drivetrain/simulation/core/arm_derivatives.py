@@ -16,10 +16,8 @@ from drivetrain.simulation.core.records import AT, Run, coordinates_of, engine_o
 def fill_arm_derivatives(run: Run, result: Any) -> None:
     """Add the derivatives of the torques that an arm needs, at the motion and accelerations of the last evaluation.
 
-    The torques include the losses of rigid joints' meshes, which transmit all but the torques of their own rotors.
-
-    Args:
-        result: Derivatives by positions, then by speeds of the coordinates, (c, 2 c or more).
+    The torques include the losses of rigid joints' meshes, which transmit all but the torques of their own rotors. The
+    columns of ``result`` are positions, then speeds of the coordinates.
     """
     engine, coordinates = engine_of(run), coordinates_of(run)
     e, c, no_tip = engine.bodies, len(coordinates), np.zeros((0, 6))

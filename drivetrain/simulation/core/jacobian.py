@@ -222,10 +222,7 @@ def jacobian(t: Any, x: Any, columns: Any, numbers: Any, run: Any) -> None:
 def memory_sections(sizes: Array, c: int, sparsity: Any) -> Mapping[str, Any]:
     """The sections of a run's memory that the Jacobian needs, by name.
 
-    Args:
-        sizes: Magnitude of each state below which the perturbation is no longer reduced, (m,).
-        c: Number of coordinates.
-        sparsity: The sparsity pattern, (m, m), of ``sparsity_pattern``.
+    ``sizes`` are the magnitudes of the states below which the perturbation is no longer reduced, (m,).
     """
     m = len(sizes)
     groups, members, row_starts, rows = column_groups(sparsity, m)

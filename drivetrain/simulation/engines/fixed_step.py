@@ -231,22 +231,11 @@ def _pass_breaks(run: Run, clock: Any, breaks: Any, t_end: float, slack: float) 
 def _advance(
     run: Any, clock_at: Any, breaks_at: Any, rows_at: Any, most_rows: Any, width: Any, log_at: Any, log_size: Any
 ) -> int:  # fmt: skip
-    """Step until the end, until the output rows are full, or until the budget of steps is used up.
+    """Step until the end, until the output rows are full, or until the budget of steps is used up; returns a code
+    above.
 
-    All data are pointers, since numba counts references to every array argument.
-
-    Args:
-        run: Addresses of the sections of the run's memory.
-        clock_at: Record CLOCK.
-        breaks_at: Breakpoints [s], increasing, followed by infinity.
-        rows_at: Output rows, (most_rows, width).
-        most_rows: Number of output rows that fit.
-        width: Number of columns of an output row.
-        log_at: Records MODE_CHANGE, (log_size,).
-        log_size: Number of mode changes that fit; further ones are only counted.
-
-    Returns:
-        One of the return codes above.
+    All data are pointers, since numba counts references to every array argument. The breakpoints [s] are followed by
+    infinity; of mode changes more than ``log_size`` are only counted.
     """
     clock = carray(clock_at, 1, CLOCK)[0]
     c, breaks, rows = world_of(run).coordinates, carray(breaks_at, 2**31), carray(rows_at, (most_rows, width))
@@ -437,10 +426,8 @@ def mode_event(plan: Plan, time: float, coordinate: int, before: int, after: int
 
 
 def resumed(kept: dict[str, Any], plan: Plan, sizes: dict[str, int]) -> Array:
-    """The memory of a run that is resumed, from what the earlier run kept.
-
-    Raises:
-        InputError: The kept arrays do not have the sizes that this plan and engine need (``sizes``, by name).
+    """The memory of a run that is resumed, from what the earlier run kept; InputError if its arrays do not have the
+    ``sizes`` that this plan and engine need, by name.
     """
     sizes = {"numbers": int(plan.memory.changing.sum()), **sizes}
     if any(name not in kept or np.size(kept[name]) != size for name, size in sizes.items()):

@@ -66,10 +66,8 @@ class Demand:
 
 
 def demanded(plan: Plan, times: Array) -> Demand:
-    """Torques, currents and voltages that a scene's command requires at times [s], (N,), with all springs rigid.
-
-    Raises:
-        InputError: Joints without a command, or effects that are a contact.
+    """Torques, currents and voltages that a scene's command requires at times [s], (N,), with all springs rigid;
+    InputError for joints without a command, and for contacts.
     """
     _refuse_unsupported(plan)
     passive = planned(replace(plan.scene, effects=_passive_effects(plan)))

@@ -90,11 +90,7 @@ def _put_motion(plan: Plan, at: Any, position: Array, speed: Array) -> None:
 
 
 def _put_given(plan: Plan, numbers: Array, given: Mapping[str, float]) -> None:
-    """Overwrite states with given values.
-
-    Raises:
-        InputError: Names that are no states of the scene.
-    """
+    """Overwrite states with given values; InputError for names that are no states of the scene."""
     unknown = [name for name in given if name not in plan.memory.states]
     if unknown:
         faults = [Fault("start", f"the scene has no state {name}", None, nearest(name, list(plan.memory.states)))

@@ -140,10 +140,8 @@ class Mechanics:
 
 
 def ratios_of(scene: Scene) -> tuple[float, ...]:
-    """Motor angle over joint coordinate of each joint, from its effects and rotors; 1 if none defines it.
-
-    Raises:
-        InputError: Different ratios for one joint.
+    """Motor angle over joint coordinate of each joint, from its effects and rotors; 1 if none defines it, InputError if
+    they differ.
     """
     blank = Place(0, "", scene.joints, (1.0,) * len(scene.joints), scene.turning, 0, coupling_of(scene))
     result, faults = [], []
@@ -161,10 +159,8 @@ def ratios_of(scene: Scene) -> tuple[float, ...]:
 
 
 def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
-    """The mechanics of a scene, with the rotors, springs and payloads of its effects.
-
-    Raises:
-        InputError: Contradictory effects, such as two rotors or springs at one joint.
+    """The mechanics of a scene, with the rotors, springs and payloads of its effects; InputError if these contradict
+    each other, such as two rotors at one joint.
     """
     shapes, faults = [], []
     for index, name in enumerate(scene.joints):
@@ -193,10 +189,8 @@ def mechanics(scene: Scene, ratios: Sequence[float]) -> Mechanics:
 
 
 def _stages_carried(scene: Scene, shapes: list[Shape], ratios: Array) -> tuple[Arm | Inertia, list[Shape]]:
-    """Body and shapes of a scene, with the rotors less those stages that springs carry.
-
-    Raises:
-        InputError: A rotor with no more inertia than such stages.
+    """Body and shapes of a scene, with the rotors less those stages that springs carry; InputError if nothing of a
+    rotor is left.
     """
     body, faults, found = scene.body, [], []
     less = np.array([shape.carried for shape in shapes]) / ratios**2

@@ -105,8 +105,7 @@ MOTOR_SIDE = {
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
     """All signals of a scene; ``flexible`` tells which joints have a spring.
 
-    Raises:
-        InputError: Signals that nothing provides or that are set twice, and contradictory units or defaults.
+    InputError for signals that nothing provides or that are set twice, and for contradictory units or defaults.
     """
     known, faults = Directory(), list[Fault]()
     every = [
@@ -196,12 +195,10 @@ def _add_signals(one: Instance, known: Directory, faults: list[Fault]) -> None:
 
 
 def ordered(instances: Sequence[Instance], *, outputs: bool = False) -> list[Group]:
-    """The effects in groups, each after all effects that set the signals that it needs.
+    """The effects in groups, each after all effects that set the signals that it needs; InputError if they need one
+    another in a loop.
 
     ``outputs``: the order of their ``account`` laws, which set the outputs, instead of ``compute``.
-
-    Raises:
-        InputError: Effects that need one another in a loop.
     """
     sets: dict[str, list[Instance]] = {}
     for one in instances:

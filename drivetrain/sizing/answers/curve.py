@@ -313,14 +313,8 @@ def _robust(study: Study, value: float) -> CurvePoint:
 def _find_breakpoints(
     search: _CurveSearch, starts: list[tuple[float, CurvePoint]], end: CurvePoint, tolerance: float, narrow: float
 ) -> None:  # fmt: skip
-    """Find the breakpoints between the last known best set and the best set at a larger value.
-
-    Args:
-        search: The task.
-        starts: Value from which each set is the best, and the set, by rising value; breakpoints are appended.
-        end: The best set at the larger value.
-        tolerance: Accuracy of the breakpoints.
-        narrow: Width below which no third set is looked for.
+    """Find the breakpoints between the last known best set and the best set at a larger value, and append them to
+    ``starts``: values from which a set is the best, with the set. Below a width ``narrow`` no third set is looked for.
     """
     while starts[-1][1].drives != end.drives:
         start = starts[-1][1]

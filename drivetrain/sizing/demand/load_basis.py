@@ -58,25 +58,18 @@ class Loads:
 
 @dataclass(frozen=True, eq=False)
 class JointBasis:
-    """Loads of one joint without drives, and per unit of each load parameter of each drive that loads it.
+    """Loads of one joint without drives, and per unit of each load parameter of each drive that loads it."""
 
-    Attributes:
-        bare: Loads by arm, payload and counterbalances, without drives.
-        slides: Whether the joint is prismatic.
-        on_bearing: Whether the wrench acts on the gear's output bearing: not if a guide carries the joint, if the gear
-            turns a shaft away from it, or if a loop closes around it.
-        drives: Joints whose drives load this one, in the order of their rows.
-        torque, inertia: Loads per unit of each parameter, PARAMETERS rows for each drive, as in ``Loads``, (rows, N).
-        wrench: The same for arms with loops, (rows, 6, N); without samples for others (``drive_wrenches.py``).
-    """
-
-    bare: Loads
-    slides: bool
+    bare: Loads  # loads by arm, payload and counterbalances, without drives
+    slides: bool  # whether the joint is prismatic
+    # whether the wrench acts on the gear's output bearing: not if a guide carries the joint, if the gear turns a shaft
+    # away from it, or if a loop closes around it
     on_bearing: bool
-    drives: tuple[int, ...]
+    drives: tuple[int, ...]  # joints whose drives load this one, in the order of their rows
+    # loads per unit of each parameter, PARAMETERS rows for each drive, as in ``Loads``, (rows, N)
     torque: Array
     inertia: Array
-    wrench: Array
+    wrench: Array  # the same for arms with loops, (rows, 6, N); without samples for others (``drive_wrenches.py``)
 
     def rows(self, drive: int) -> slice:
         """Rows of one of the drives."""
@@ -85,12 +78,9 @@ class JointBasis:
 
 
 def load_basis(study: Study, cycle: Cycle | None = None, *, torques_only: bool = False) -> tuple[JointBasis, ...]:
-    """The basis of every joint; empty without an arm.
+    """The basis of every joint for a motion, that of the study by default; empty without an arm.
 
-    Args:
-        study: The task.
-        cycle: The motion; the study's cycle if None.
-        torques_only: Whether wrenches and inertias are left out; their arrays then have no samples.
+    ``torques_only``: wrenches and inertias are left out; their arrays then have no samples.
     """
     if study.arm is None:
         return ()
@@ -227,11 +217,8 @@ def loading_drives(study: Study, joint: int) -> tuple[int, ...]:
 
 
 def _empty_basis(study: Study, bare: Loads) -> tuple[list[JointBasis], UnitLoadRows, Any]:
-    """The basis of all joints with loads per unit still zero.
-
-    Returns:
-        The joints, the arrays that hold the rows of all of them, and the drives that load each joint, records
-        INFLUENCE.
+    """The basis of all joints with loads per unit still zero, the arrays that hold the rows of all of them, and the
+    drives that load each joint, records INFLUENCE.
     """
     arm = emptied(study)
     drives = [loading_drives(study, joint) for joint in range(arm.n)]

@@ -24,31 +24,21 @@ SECTIONS = 16
 
 
 class Motion(NamedTuple):
-    """Motion of a joint, whatever its drive; N samples.
+    """Motion of a joint, whatever its drive; N samples."""
 
-    Attributes:
-        speed, acceleration, carrier_acceleration: Speed and acceleration of the gear's output, acceleration of the
-            stator's link [rad/s], [rad/s^2].
-        loss_speed: Speed whose direction decides the losses [rad/s]; see ``drive.loss_speed``.
-        weight: Time that each sample represents in the cycle [s].
-        rates: Factors on a series at the sample before, itself and the sample after, whose sum is its rate of change
-            [1/s], (3, N); see ``difference_factors``.
-        next_speed: ``loss_speed`` at the sample after, of which only the sign is used [rad/s].
-        phase_ratio: Current of the most loaded phase, relative to the RMS of all; see ``phase_ratio``.
-        rests: Intervals in which the joint is at rest, first sample and the one after the last, (M, 2).
-        periods: Parts of the cycle that each repeat on their own, their shares of the operating time, and the time
-            steps.
-    """
-
+    # speed and acceleration of the gear's output, acceleration of the stator's link [rad/s], [rad/s^2]
     speed: Array
     acceleration: Array
     carrier_acceleration: Array
-    loss_speed: Array
-    weight: Array
+    loss_speed: Array  # speed whose direction decides the losses [rad/s]; see ``drive.loss_speed``
+    weight: Array  # time that each sample represents in the cycle [s]
+    # factors on a series at the sample before, itself and the sample after, whose sum is its rate of change [1/s], (3,
+    # N); see ``difference_factors``
     rates: Array
-    next_speed: Array
-    phase_ratio: Array
-    rests: Any
+    next_speed: Array  # ``loss_speed`` at the sample after, of which only the sign is used [rad/s]
+    phase_ratio: Array  # current of the most loaded phase, relative to the RMS of all; see ``phase_ratio``
+    rests: Any  # intervals in which the joint is at rest, first sample and the one after the last, (M, 2)
+    # parts of the cycle that each repeat on their own, their shares of the operating time, and the time steps
     periods: Periods
 
 
@@ -151,10 +141,8 @@ class JointSeries(NamedTuple):
 def joint_series(demand: JointDemand, unit_loads: UnitLoads | None = None, *, screening: bool = True) -> JointSeries:
     """The series of a joint.
 
-    Args:
-        demand: Motion and load.
-        unit_loads: Load per unit of each amount; None: there are no amounts.
-        screening: Whether many candidates will be judged, so that screening at key samples saves time.
+    ``unit_loads``: load per unit of each amount; None: there are no amounts. ``screening``: many candidates will be
+    judged, so that screening at key samples saves time.
     """
     motion, load, stop, parts = motion_of(demand), load_of(demand), demand.stop, len(demand.cycle.parts)
     stops = ramp_stops(_row(stop.speed), _row(stop.acceleration), _row(stop.carrier_acceleration))

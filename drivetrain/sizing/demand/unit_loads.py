@@ -79,17 +79,11 @@ def compute_unit_loads(
     screws: Array, gravity: Array, drives: MountedDrives, turns: Array, influences: Any, q: Array, qd: Array,
     qdd: Array, shaft_speed: Array, shaft_acceleration: Array, out: UnitLoadRows,
 ) -> None:  # fmt: skip
-    """Compute the loads of all joints per unit of each load parameter.
+    """Compute the loads of all joints per unit of each load parameter, from the motion of the joints and of the shafts
+    behind their gears, (N, n) each.
 
-    Args:
-        screws: Screw axes of the joints, base frame, all joints at zero, (n, 6).
-        gravity: Gravitational acceleration [m/s^2], (3,).
-        drives: The drives.
-        turns: Turn of each joint per turn of each shaft, (n, n), a row for each shaft.
-        influences: Which drive loads which joint, records INFLUENCE.
-        q, qd, qdd: Positions, speeds and accelerations of the joints, (N, n).
-        shaft_speed, shaft_acceleration: Speed and acceleration of the shafts behind the gears, (N, n).
-        out: Results.
+    ``screws`` are the axes of the joints in the base frame with all joints at zero, (n, 6); ``turns``, (n, n), has a
+    row for each shaft, with the turn of each joint per turn of it.
     """
     n, samples = len(screws), len(q)
     state, links = np.zeros(n + 1, LINK), np.zeros(n, LINK_ROWS)

@@ -25,103 +25,69 @@ from drivetrain.study.model import JointTask, Safety, Study
 
 @dataclass(frozen=True)
 class Setting:
-    """Parameters of a joint's task that do not depend on the drive (the time series are in ``series.JointSeries``).
+    """Parameters of a joint's task that do not depend on the drive (the time series are in ``series.JointSeries``)."""
 
-    Attributes:
-        ambient: Air temperature [C].
-        volts: Voltage available at the motor terminals [V].
-        mounting: Thermal resistance from housing to ambient that replaces the data sheet's [K/W]; NaN: the data sheet's
-            is used.
-        fastest, mean_speed: Largest and mean speed of the gear's output [rad/s].
-        bearing: 1 where the joint rests on its gear's own output bearing, else 0.
-        moves: 1 where the joint moves during the cycle, else 0.
-        duration: Duration of the cycle [s].
-        stop_current: Current with which the motor brakes in a stop [A]; NaN if unknown.
-        stop_ramp: Time in which the speeds fall to 0 in a stop [s]; NaN where the stop runs at ``stop_current``
-            instead.
-        stop_rise: Rise time of the braking current [s].
-        rides: 1 where the stator is mounted on the link that its joint moves, else 0.
-        ramped, jam: 1 where stops follow a ramp, and where a blocked output is checked, else 0.
-        stops: Number of stops in the service life; NaN if not stated.
-        counted: 1 where ``stops`` is stated, else 0.
-        gear_temperature: Temperature at which the gear's drag torque is evaluated [C]; for its heat see ``settles``.
-        settles: 1 where the gear's loss is evaluated at the housing temperature, 0 where it is evaluated at
-            ``gear_temperature``.
-        gear_heat, amplifier_heat: Share of the gear's and of the amplifier's loss that heats the motor's housing.
-        cold_start: Temperature of gear and motor at a cold start [C]; NaN if none is checked.
-        cold: 1 where the study requires a cold start, else 0.
-        brake: 1 where a brake must hold the joint, else 0.
-        resonance: Required lowest natural frequency of the arm [rad/s]; 0 if none is required.
-        stiffness_share: Share of a gear's stiffness on the data sheet that is used, which is 1 minus the manufacturing
-            scatter.
-        supply: Voltage of the supply [V].
-        listed: 1 where the amplifier's permitted supply voltage is known, from the catalogue or from the study, else 0.
-        overload: 1 where the amplifier has a peak current above its continuous current, else 0.
-        overload_limit: Limit of the amplifier's overload utilisation: 1, or NaN where the permitted duration of the
-            peak current is unknown.
-        stated_friction: 1 where the study states the motor's friction, else 0.
-        life, bearing_life: 1 where the study requires a service life and the joint moves, else 0; for the bearing the
-            joint must also rest on the gear's output bearing.
-        ratio_limit: 1 where the study limits the inertia ratio and the inertia of the load is known, else 0.
-        stands_still: 1 where the joint is at rest for two consecutive samples or never moves, else 0.
-    """
-
-    ambient: float = 0.0
-    volts: float = 0.0
+    ambient: float = 0.0  # air temperature [C]
+    volts: float = 0.0  # voltage available at the motor terminals [V]
+    # thermal resistance from housing to ambient that replaces the data sheet's [K/W]; NaN: the data sheet's is used
     mounting: float | None = None
+    # largest and mean speed of the gear's output [rad/s]
     fastest: float = 0.0
     mean_speed: float = 0.0
-    bearing: float = 0.0
-    moves: float = 0.0
-    duration: float = 0.0
-    stop_current: float | None = None
+    bearing: float = 0.0  # 1 where the joint rests on its gear's own output bearing, else 0
+    moves: float = 0.0  # 1 where the joint moves during the cycle, else 0
+    duration: float = 0.0  # duration of the cycle [s]
+    stop_current: float | None = None  # current with which the motor brakes in a stop [A]; NaN if unknown
+    # time in which the speeds fall to 0 in a stop [s]; NaN where the stop runs at ``stop_current`` instead
     stop_ramp: float | None = None
-    stop_rise: float = 0.0
-    rides: float = 0.0
+    stop_rise: float = 0.0  # rise time of the braking current [s]
+    rides: float = 0.0  # 1 where the stator is mounted on the link that its joint moves, else 0
+    # 1 where stops follow a ramp, and where a blocked output is checked, else 0
     ramped: float = 0.0
     jam: float = 0.0
-    stops: float | None = None
-    counted: float = 0.0
+    stops: float | None = None  # number of stops in the service life; NaN if not stated
+    counted: float = 0.0  # 1 where ``stops`` is stated, else 0
+    # temperature at which the gear's drag torque is evaluated [C]; for its heat see ``settles``
     gear_temperature: float = DRAG_REFERENCE
+    # 1 where the gear's loss is evaluated at the housing temperature, 0 where it is evaluated at ``gear_temperature``
     settles: float = 1.0
-    gear_heat: float = 1.0
-    cold_start: float | None = None
-    cold: float = 0.0
-    brake: float = 0.0
-    resonance: float = 0.0
+    gear_heat: float = 1.0  # share of the gear's loss that heats the motor's housing
+    cold_start: float | None = None  # temperature of gear and motor at a cold start [C]; NaN if none is checked
+    cold: float = 0.0  # 1 where the study requires a cold start, else 0
+    brake: float = 0.0  # 1 where a brake must hold the joint, else 0
+    resonance: float = 0.0  # required lowest natural frequency of the arm [rad/s]; 0 if none is required
+    # share of a gear's stiffness on the data sheet that is used, which is 1 minus the manufacturing scatter
     stiffness_share: float = 1.0
-    supply: float = 0.0
+    supply: float = 0.0  # voltage of the supply [V]
+    # 1 where the amplifier's permitted supply voltage is known, from the catalogue or from the study, else 0
     listed: float = 0.0
-    overload: float = 0.0
+    overload: float = 0.0  # 1 where the amplifier has a peak current above its continuous current, else 0
+    # limit of the amplifier's overload utilisation: 1, or NaN where the permitted duration of the peak current is
+    # unknown
     overload_limit: float = UNKNOWN
-    amplifier_heat: float = 0.0
-    stated_friction: float = 0.0
+    amplifier_heat: float = 0.0  # share of the amplifier's loss that heats the motor's housing
+    stated_friction: float = 0.0  # 1 where the study states the motor's friction, else 0
+    # 1 where the study requires a service life and the joint moves, else 0; for the bearing the joint must also rest on
+    # the gear's output bearing
     life: float = 0.0
     bearing_life: float = 0.0
-    ratio_limit: float = 0.0
-    stands_still: float = 0.0
+    ratio_limit: float = 0.0  # 1 where the study limits the inertia ratio and the inertia of the load is known, else 0
+    stands_still: float = 0.0  # 1 where the joint is at rest for two consecutive samples or never moves, else 0
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of motor, gear and amplifier that a data sheet can state in more than one way; NaN if unknown.
+    """Limits of motor, gear and amplifier that a data sheet can state in more than one way; NaN if unknown."""
 
-    Attributes:
-        repeated_peak_torque, average_torque: Of the gear, at its output [N m].
-        short_time_torque: Of the motor, at its shaft [N m].
-        peak_current: Smaller one of the motor's and the amplifier's peak current [A].
-        continuous_current: Continuous current of the motor at the ambient temperature and mounting of the study [A].
-        winding_temperature: Largest permitted winding temperature, less the margin of the study [C].
-        stiffness: Stiffness of the gear at small torque, less the manufacturing scatter [N m/rad].
-    """
-
+    # of the gear, at its output [N m]
     repeated_peak_torque: float = UNKNOWN
     average_torque: float = UNKNOWN
-    short_time_torque: float = UNKNOWN
-    peak_current: float = UNKNOWN
+    short_time_torque: float = UNKNOWN  # of the motor, at its shaft [N m]
+    peak_current: float = UNKNOWN  # smaller one of the motor's and the amplifier's peak current [A]
+    # continuous current of the motor at the ambient temperature and mounting of the study [A]
     continuous_current: float = UNKNOWN
-    winding_temperature: float = UNKNOWN
-    stiffness: float = UNKNOWN
+    winding_temperature: float = UNKNOWN  # largest permitted winding temperature, less the margin of the study [C]
+    stiffness: float = UNKNOWN  # stiffness of the gear at small torque, less the manufacturing scatter [N m/rad]
 
 
 @dataclass(frozen=True)

@@ -24,27 +24,22 @@ from drivetrain.study.parts.mounting import cylinder_inertia
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """The motors and gears of a study, each once, and the pairs of every joint.
+    """The motors and gears of a study, each once, and the pairs of every joint."""
 
-    Attributes:
-        study: The task.
-        motor_keys, gear_keys: By row; row 0 of the gears is the direct drive, with key "".
-        motors, gears: Data sheets with the study's assumptions filled in.
-        motor_rows, gear_rows: The same as records (``cases.motor_records``, ``cases.gear_records``).
-        pairs: For each joint the rows of motor and gear, (P, 2) each; a single row if the drive is given.
-        amounts: Parameters by which each pair loads joints, ``load_basis.load_parameters``, (P, PARAMETERS) a joint.
-        mass, price: Mass [kg] and price of each pair, NaN if unknown, (P,) a joint.
-    """
-
-    study: Study
+    study: Study  # the task
+    # by row; row 0 of the gears is the direct drive, with key ""
     motor_keys: tuple[str, ...]
     gear_keys: tuple[str, ...]
+    # data sheets with the study's assumptions filled in
     motors: tuple[Motor, ...]
     gears: tuple[Gear, ...]
+    # the same as records (``cases.motor_records``, ``cases.gear_records``)
     motor_rows: Any
     gear_rows: Any
-    pairs: tuple[Any, ...]
+    pairs: tuple[Any, ...]  # for each joint the rows of motor and gear, (P, 2) each; a single row if the drive is given
+    # parameters by which each pair loads joints, ``load_basis.load_parameters``, (P, PARAMETERS) a joint
     amounts: tuple[Array, ...]
+    # mass [kg] and price of each pair, NaN if unknown, (P,) a joint
     mass: tuple[Array, ...]
     price: tuple[Array, ...]
 
@@ -80,12 +75,8 @@ def parts_of(study: Study) -> Parts:
 
 
 def _amounts(study: Study, joint: int, motors: Array, gears: Array) -> Array:
-    """``load_basis.load_parameters`` of all pairs of a joint at once.
-
-    Args:
-        study, joint: The task, and the index of the joint.
-        motors: ``_body`` and rotor inertia of the motor of each pair, (P, 4).
-        gears: ``_body``, inertia and ratio of the gear of each pair, (P, 5).
+    """``load_basis.load_parameters`` of all pairs of a joint at once, (P, PARAMETERS), from ``_body`` and rotor inertia
+    of the motors, (P, 4), and ``_body``, inertia and ratio of the gears, (P, 5).
     """
     mass, across, along = (motors[:, :3] + gears[:, :3]).T
     rotor, spinning = motors[:, 3], motors[:, 3] + gears[:, 3]

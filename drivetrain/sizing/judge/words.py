@@ -33,17 +33,11 @@ NO_SHORT_TIME = "a short-time limit is not in the catalogue row"
 
 
 class Words(NamedTuple):
-    """Source and remark of a check.
+    """Source and remark of a check."""
 
-    Attributes:
-        source: Where the limit comes from.
-        remark: What a reader should know, or which data is missing.
-        silent: Whether no limit is shown because the check does not apply.
-    """
-
-    source: str
-    remark: str = ""
-    silent: bool = False
+    source: str  # where the limit comes from
+    remark: str = ""  # what a reader should know, or which data is missing
+    silent: bool = False  # whether no limit is shown because the check does not apply
 
 
 def printed(op: Any, row: Any) -> Words:

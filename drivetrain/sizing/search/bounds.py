@@ -172,14 +172,10 @@ def torque_interval_of(
 def load_interval(
     load: Array, unit_load: Array, low: Array, high: Array, bottom: Array, top: Array, half: Array
 ) -> None:
-    """Interval of a load while the drives of K other joints are open: each load parameter lies within a range.
+    """Interval of a load (N,) while the drives of K other joints are open: each load parameter lies within a range.
 
-    Args:
-        load: Load without drives, (N,).
-        unit_load: Load per unit of each parameter of each of them, (K, PARAMETERS, N).
-        low, high: Ranges of the load parameters, (K, PARAMETERS).
-        bottom, top: Filled with the ends of the interval, (N,).
-        half: Filled with half the width of the range of each parameter, (K, PARAMETERS).
+    ``unit_load``: load per unit of each parameter, (K, PARAMETERS, N). Filled are the ends of the interval, ``bottom``
+    and ``top``, and half the width of the range of each parameter, ``half``.
     """
     for t in range(len(load)):  # the middle and half the width of the interval, until the last loop
         bottom[t], top[t] = load[t], 0.0
@@ -203,30 +199,17 @@ def bound_candidates(
     with_energy: bool, energy_weight: float, open_energy: float, base: Array, cost: Array, used: Array, energy: Array,
     slope: Array,
 ) -> int:  # fmt: skip
-    """Lower bounds for K candidates of one joint while its torque lies in the interval (``load_interval``).
+    """Lower bounds for K candidates of one joint while its torque lies in the interval (``load_interval``); returns how
+    many were tested. The key samples are filled already (``fill_key_samples``).
 
-    The key samples are filled already (``fill_key_samples``).
+    Not tested are candidates whose cost is ``exact`` or reaches ``cost_limit``, and without ``test_all`` those that
+    cannot be the cheapest. A candidate is not tested further once its utilisation exceeds ``until``; ``strict`` rules
+    it out if an essential check cannot be made. ``base`` is the cost of each pair without its energy, (P,).
 
-    Args:
-        data: Data and buffers of the joint.
-        checks: The table of checks.
-        pairs: The candidates, (K,).
-        exact: Whether the cost of each is known exactly; these are not tested, (K,).
-        until: A candidate whose utilisation exceeds this is not tested further.
-        strict: Whether a candidate is ruled out if an essential check cannot be made.
-        cost_limit: A candidate that costs this much or more is not tested.
-        test_all: Whether to test all candidates, or only those that may be the cheapest.
-        with_energy, energy_weight: Whether to bound the energy, and its weight in the cost.
-        open_energy: See ``energy_of_slope`` [J].
-        base: Cost of each pair without its energy, (P,).
-        cost: Cost of each candidate, raised here by its least energy, (K,).
-        used: Filled with lower bounds on the utilisation, infinite if ruled out, (K,).
-        energy: Filled with lower bounds on the energy of a cycle minus ``slope`` times the deviation of the load from
-            the middle of its interval [J], (K,).
-        slope: Slope of the power over the load at each sample [W/(N m)], (N,).
-
-    Returns:
-        How many candidates were tested.
+    Filled are, (K,) each: ``cost``, raised by the least energy; ``used``, lower bounds on the utilisation, infinite if
+    ruled out; with ``with_energy`` also ``energy``, lower bounds on the energy of a cycle minus ``slope`` (of the power
+    over the load at each sample [W/(N m)], (N,)) times the deviation of the load from the middle of its interval [J].
+    ``open_energy``: see ``energy_of_slope``.
     """
     count, least = 0, np.inf
     key, full, stops = data.key, data.full, data.stops
@@ -311,19 +294,11 @@ def bound_case(
     case: Any, row: Any, checks: Any, interval: TorqueInterval, stops: CurrentStops, amounts: Any, until: Any,
     peaks_only: Any,
 ) -> Any:  # fmt: skip
-    """Fill the figures of one case with lower bounds, stage by stage.
+    """Fill the figures of one case with lower bounds, stage by stage; returns lower bounds on the largest utilisation
+    and on the temperatures.
 
-    Args:
-        case, row: The case, and the same as plain numbers.
-        checks: The table of checks.
-        interval: Interval of the torque.
-        stops: Stops at the current limit.
-        amounts: Load parameters of the case's drive if it loads its own joint.
-        until: As for ``bound_candidates``.
-        peaks_only: Whether only checks on peak values are made, as the samples are not all of the cycle.
-
-    Returns:
-        Lower bounds on the largest utilisation and on the temperatures.
+    ``row`` is the case as plain numbers, ``amounts`` the load parameters of its drive if it loads its own joint.
+    ``peaks_only``: the samples are not all of the cycle, so that only checks on peak values are made.
     """
     gear, motor, setting, figures = case.gear, case.motor, case.setting, case.figures
     unknown = unknown_torque(case)

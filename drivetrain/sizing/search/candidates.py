@@ -126,12 +126,10 @@ class JointCandidates:
         return np.ascontiguousarray(parameters[:, : len(self.series.unit_loads.torque)])
 
     def torque_interval(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Interval of the joint's torque without the contribution of its own drive [N m], (N,) each.
+        """Interval of the joint's torque without the contribution of its own drive [N m], (N,) each, for ranges of the
+        load parameters of all joints' drives, (n, PARAMETERS).
 
         The interval, and those of the other loads, are also stored in the records for the bounds computed next.
-
-        Args:
-            low, high: Load parameter ranges of all joints' drives, (n, PARAMETERS).
         """
         data, full = self.bound_data, self.bound_data.full
         others = list(self.loading_joints)
@@ -166,9 +164,8 @@ class JointCandidates:
     ) -> tuple[int, Array, Array, Array]:  # fmt: skip
         """Lower bounds for candidates while the torque lies in the interval; arguments as ``bound_candidates``.
 
-        Returns:
-            How many candidates were tested, lower bounds on utilisation and energy [J], (K,) each, and the slope of
-            the power over the load [W/(N m)], (N,).
+        Returns how many were tested, lower bounds on utilisation and energy [J], (K,) each, and the slope of the power
+        over the load [W/(N m)], (N,).
         """
         data, slope = self.bound_data, np.zeros(len(self.bound_data.load))
         full, motion, open_energy = data.full, data.full.motion, 0.0
@@ -191,13 +188,9 @@ class JointCandidates:
     ) -> Judged:  # fmt: skip
         """Judge candidates given the other drives, each with its first feasible, else least overloaded, amplifier.
 
-        Args:
-            parts: Rows of motor and gear, (K, 2).
-            own: Load parameters of the candidates, (K, PARAMETERS).
-            parameters: Load parameters of all joints' drives, (n, PARAMETERS).
-            until, quick: As for ``judge_cases``.
-            power: The electrical power and its lower bound are added to it [W], (1, 2, N) or (K, 2, N).
-            all_checks: Whether to return the utilisation of every check.
+        ``parts`` are the rows of motor and gear, (K, 2), ``own`` and ``parameters`` the load parameters of the
+        candidates and of all joints' drives. The electrical power and its lower bound are added to ``power``, (1, 2, N)
+        or (K, 2, N).
         """
         series = self._series_with(parameters, quick)
         power = np.zeros((0, 2, len(series.load.torque))) if power is None else power

@@ -45,13 +45,8 @@ class _Partial:
 
 
 def can_enumerate(problem: Problem, decided: Mask) -> bool:
-    """Whether the sets of a node can be judged from the tip to the base.
-
-    The load of every joint must depend on decided drives and on drives of the joints after it only.
-
-    Args:
-        problem: The selection problem.
-        decided: Whether each drive's load parameters are decided, (n,).
+    """Whether the sets of a node can be judged from the tip to the base: the load of every joint must depend on decided
+    drives (n,) and on drives of the joints after it only.
     """
     return not np.tril(problem.is_loaded_by, -1)[:, ~decided].any()
 

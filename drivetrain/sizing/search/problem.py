@@ -98,18 +98,11 @@ class Problem:
     def presolve(
         self, joint: int, domain: Domain, cost_limit: float, full: bool, low: Array, high: Array
     ) -> tuple[Mask, Array, int]:
-        """Presolve filter: test the candidates of a joint against interval bounds.
+        """Presolve filter: which candidates of a joint may be feasible below a cost limit, by interval bounds, lower
+        bounds on their costs, (K,) each, and how many were tested.
 
-        Args:
-            joint: Index of the joint.
-            domain: Its candidates, K of them.
-            cost_limit: Candidates that cost this much or more are removed.
-            full: Test all candidates; else only those that may be the cheapest.
-            low, high: Load parameter ranges of all joints' drives, (n, PARAMETERS).
-
-        Returns:
-            Which candidates may be feasible below the limit, (K,), lower bounds on their costs, (K,), and how many
-            were tested.
+        ``full``: test all candidates, else only those that may be the cheapest. ``low`` and ``high`` are the ranges of
+        the load parameters of all joints' drives, (n, PARAMETERS).
         """
         offer, cost = self.candidates.joints[joint], domain.cost.copy()
         offer.torque_interval(low, high)
@@ -143,16 +136,10 @@ class Problem:
         return slopes
 
     def judge(self, joint: int, pairs: Indices, parameters: Array) -> tuple[Array, Array, Array]:
-        """Judge candidates of one joint given the load parameters of all drives; verdicts are cached.
+        """Judge candidates of one joint given the load parameters of all drives, (n, PARAMETERS); verdicts are cached.
 
-        Args:
-            joint: Index of the joint.
-            pairs: Candidates, (K,).
-            parameters: Load parameters of all joints' drives, (n, PARAMETERS).
-
-        Returns:
-            Largest utilisation, infinite for an infeasible candidate, energy of a cycle [J], and price of the
-            amplifier above the cheapest one, (K,) each.
+        Returns the largest utilisation, infinite for an infeasible candidate, the energy of a cycle [J], and the price
+        of the amplifier above the cheapest one, (K,) each.
         """
         key = joint, parameters[self.is_loaded_by[joint]].tobytes()
         if key not in self._verdicts and sum(map(len, self._verdicts.values())) > MAX_CACHED_VERDICTS:

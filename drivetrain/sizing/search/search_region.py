@@ -31,11 +31,8 @@ class SearchRegion:
     """
 
     def __init__(self, highest: Array, tolerance: float) -> None:
-        """A region without points.
-
-        Args:
-            highest: Corner above all points, (p,).
-            tolerance: Relative difference within which criteria are equal.
+        """A region without points, below the corner ``highest``, (p,); criteria within a relative ``tolerance`` are
+        equal.
         """
         self.points = np.zeros((0, len(highest)))
         self.keys: list[tuple[int, ...]] = []
@@ -76,16 +73,11 @@ class SearchRegion:
 
 
 def _new_corners(above: Array, point: Array, touching: Array) -> Array:
-    """The corners that replace those above a new point, without redundant ones.
+    """The corners that replace those ``above`` a new point, without redundant ones.
 
-    Args:
-        above: Corners above the point in every criterion, (C, p).
-        point: The new point, (p,).
-        touching: Corners equal to the point in some criteria and above it in the others, (B, p).
-
-    Reference:
-        Klamroth, Lacour and Vanderpooten, European Journal of Operational Research 245 (2015) 767, algorithm 3: only
-        corners with the point's value on the same axis can make a new one redundant.
+    ``touching`` are the corners equal to the point in some criteria and above it in the others: only corners with the
+    point's value on the same axis can make a new one redundant (Klamroth, Lacour and Vanderpooten, European Journal of
+    Operational Research 245 (2015) 767, algorithm 3).
     """
     parts, count = [], len(above)
     for axis in range(len(point)):
@@ -104,17 +96,11 @@ def _new_corners(above: Array, point: Array, touching: Array) -> Array:
 def filter_candidates(
     values: Sequence[Array], used: Sequence[Array], corners: Array, caps: Array
 ) -> tuple[list[Mask], Array, float] | None:
-    """Which candidates may be part of a set that lies in a zone; n joints, K candidates each, W weightings, Z zones.
+    """Which candidates may be part of a set that lies in a zone, and lower bounds on each weighted sum, (W,), and on
+    the utilisation; None if no zone can be reached.
 
-    Args:
-        values: Lower bounds on the weighted costs, (K, W) a joint.
-        used: Lower bounds on the utilisation, (K,) a joint.
-        corners: Weighted corners of the zones, (Z, W).
-        caps: Utilisation of the corners, infinite if it is not a criterion, (Z,).
-
-    Returns:
-        Masks by joint, (K,), and lower bounds on each weighted sum, (W,), and on the utilisation; None if no zone can
-        be reached.
+    By joint, ``values`` are lower bounds on the weighted costs, (K, W), ``used`` on the utilisation, (K,). Of the
+    zones, ``corners`` are the weighted corners, (Z, W), ``caps`` their utilisation, infinite if it is not a criterion.
     """
     total, lowest = np.sum([one.min(axis=0) for one in values], axis=0), max(float(one.min()) for one in used)
     near = (total < corners).all(axis=1) & (lowest < caps)

@@ -151,11 +151,8 @@ def run_trial(ready: Candidate, drives: DriveSet, probability: float, error: flo
 
 
 def decide(chance: Chance, probability: float, error: float) -> Decision:
-    """Sequential test of a probability against a required one; valid however often it is repeated.
-
-    Reference:
-        Ville's inequality for the likelihood ratio mixed over a beta distribution; Robbins, Ann. Math. Stat. 41 (1970)
-        1397.
+    """Sequential test of a probability against a required one; valid however often it is repeated: Ville's inequality
+    for the likelihood ratio mixed over a beta distribution (Robbins, Ann. Math. Stat. 41 (1970) 1397).
     """
     from scipy.special import betaln  # slow to import, and needed with tolerances only
 

@@ -124,20 +124,12 @@ def apply_stiffness_cuts(problem: Problem, domains: Domains, limit: float) -> tu
 def lagrangian_bound(
     domains: Sequence[Domain], shares: Sequence[Array], budget: float, limit: float
 ) -> tuple[float, tuple[Mask, ...]]:
-    """Lower bound on the cost of sets whose shares of a budget add up to no more than it.
+    """Lower bound on the cost of sets whose shares, (K,) a joint, add up to no more than a budget, and by joint which
+    candidates may be part of a set that costs less than the limit.
 
     For a given price per unit of share, each joint alone minimises cost + price * share; the sum less price * budget is
     a lower bound. The bound is a concave piecewise linear function of the price; its maximum is found by intersecting
     the line of a set within the budget with that of a set over it.
-
-    Args:
-        domains: Candidates of each joint.
-        shares: Share of each candidate, (K,) a joint.
-        budget: Largest sum of shares.
-        limit: Sets that cost this much or more are rejected.
-
-    Returns:
-        The bound, and by joint which candidates may be part of an accepted set, (K,).
     """
     smallest = [float(share.min()) for share in shares]
     slack = budget - sum(smallest)
@@ -226,11 +218,7 @@ def filter_backlash(offered: Candidates, domains: Domains) -> Domains:
 def max_play(study: Study, smallest: tuple[float, ...], joint: int, values: tuple[float, ...]) -> float:
     """The largest backlash of a joint's candidates that meets the lost-motion limit, by bisection; -1 if none does.
 
-    Args:
-        study: The task.
-        smallest: Smallest backlash of every joint [rad or m], (n,).
-        joint: Index of the joint.
-        values: Backlash of its candidates [rad or m], rising.
+    ``smallest`` is the smallest backlash of every joint [rad or m], ``values`` those of the candidates, rising.
     """
 
     def too_loose(value: float) -> bool:

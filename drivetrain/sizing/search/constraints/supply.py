@@ -31,14 +31,11 @@ def supply_limited(problem: Problem) -> bool:
 
 
 def supply_utilisation(problem: Problem, power: Array, hidden: Array) -> float:
-    """Largest utilisation of the supply's limits by a whole set.
+    """Largest utilisation of the supply's limits by a whole set, from the power of all drives together and its lower
+    bound [W], (2, N).
 
-    Infinite if the limits are met only without the power hidden by missing data, unless the study fixes a drive.
-
-    Args:
-        problem: The selection problem.
-        power: Power of all drives together, and its lower bound [W], (2, N).
-        hidden: Power hidden by missing data [W], (2,).
+    Infinite if the limits are met only without the power ``hidden`` by missing data, (2,), unless the study fixes a
+    drive.
     """
     any_fixed = any(offer.is_fixed for offer in problem.candidates.joints)
     checks = supply_checks(problem.candidates.study, power, more=np.zeros(2) if any_fixed else hidden)

@@ -400,11 +400,8 @@ class FrontTree(BranchAndBound[FrontNode]):
 
 
 def weightings(columns: Sequence[int], ranges: Array) -> Array:
-    """Weightings of the additive criteria on a grid of the simplex, each criterion alone among them, (W, 4).
-
-    Args:
-        columns: Columns of the criteria that are weighted.
-        ranges: Scale of each criterion, (4,).
+    """Weightings of the additive criteria in some columns on a grid of the simplex, each criterion alone among them,
+    (W, 4); ``ranges`` are the scales of the criteria, (4,).
     """
     rows, steps = [], WEIGHT_STEPS[len(columns)]
     for counts in itertools.product(range(steps + 1), repeat=len(columns)):
