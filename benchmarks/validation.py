@@ -19,7 +19,8 @@ from drivetrain.catalog.read import read_catalog
 from drivetrain.drive.drive import Drive, book_current, motor_torque
 from drivetrain.drive.gear import Gear, average_torque
 from drivetrain.drive.motor import Motor, torque_constant
-from drivetrain.drive.motor_limits import thermal_current
+from drivetrain.drive.motor_limits import thermal_limit_current
+from drivetrain.records import UNKNOWN, as_record, known
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests" / "agreement"), str(ROOT / "tests" / "published")]
@@ -116,8 +117,8 @@ def printed() -> Iterator[Row]:
     motors = read_catalog().motors.values()
     for series in ("A-max", "DCX"):
         rows = [m for m in motors if m.maker == "maxon" and m.series.startswith(series)]
-        pairs = [(thermal_current(m, 25.0), m.nominal_current) for m in rows]
-        gaps = [100 * (printed / ours - 1) for ours, printed in pairs if ours and printed]
+        pairs = [(thermal_limit_current(as_record(m), 25.0, UNKNOWN), m.nominal_current) for m in rows]
+        gaps = [100 * (printed / ours - 1) for ours, printed in pairs if known(ours) and printed]
         yield (
             "continuous current from two thermal resistances",
             f"maxon {series}, {len(gaps)} data sheets, printed value compared with ours",

@@ -133,22 +133,12 @@ def choose_effects(
     tolerance: float = 0.01,
     tip_tolerance: float | None = None,
     step: float = COARSE,
-    costs: Mapping[str, float] = COSTS,
     progress: Progress | None = None,
 ) -> AutoChoice:
     """Choose the cheapest scene within a tolerance of the full one, and prove it by running both.
 
-    Args:
-        scene: The scene with all effects.
-        basis: What the recordings are judged by.
-        tolerance: Relative tolerance of the decision quantities [-].
-        tip_tolerance: Tolerance of the tip's deviation [m]; None: the relative tolerance times the tip's travel.
-        step: Time step of the estimates [s].
-        costs: Relative computing time of each effect, by class name.
-        progress: Called with (finished, total, text).
-
-    Returns:
-        The scene, the estimates of all effects, and the proof.
+    ``tip_tolerance`` [m] is that of the tip's deviation; None: the relative tolerance times the tip's travel. The
+    estimates take a time step ``step`` [s].
     """
     check_positive("tolerance", tolerance, "1")
     report = progress or no_progress
@@ -156,7 +146,7 @@ def choose_effects(
     if tip_tolerance is None:
         tip_tolerance = tolerance * tip_travel(scene, run_to_end(plan(without(scene, ())), FixedStep(step)))
     limits = Limits(tolerance, tip_tolerance)
-    dropped = set(cheapest(found, limits, scene.joints, costs))
+    dropped = set(cheapest(found, limits, scene.joints, COSTS))
     restored: list[Choice] = []
     while True:
         report(0, 1, f"proving that {len(dropped)} effects may be omitted")
@@ -174,7 +164,7 @@ def choose_effects(
     judged = []
     for one in found:
         kind, worst = one.choice.kind, combined(max, added([one.bound], scene.joints).values())
-        cost, stays = costs.get(kind, 1.0), one.choice not in dropped
+        cost, stays = COSTS.get(kind, 1.0), one.choice not in dropped
         judged.append(Judged(one.choice, LABELS[kind], worst, one.valid, one.why, stays, cost))
     return AutoChoice(kept, tolerance, tip_tolerance, tuple(judged), proof, tuple(restored))
 

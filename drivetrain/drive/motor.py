@@ -311,11 +311,6 @@ def no_load_speed(motor: Motor) -> float | None:
     return (motor.nominal_voltage - motor.resistance * (motor.no_load_current or 0.0)) / motor.torque_constant
 
 
-def speed_torque_gradient(motor: Motor) -> float:
-    """Decrease of speed per torque at constant voltage, at reference temperature [rad/s/(N m)]."""
-    return motor.resistance / motor.torque_constant**2
-
-
 # The winding as a linear electrical stage with an exact step, which is stable and accurate for any step and inductance.
 #
 # The time constant L/R of a winding is some tenths of a millisecond. An explicit step of a millisecond multiplies the

@@ -157,12 +157,6 @@ def thermal_resistances(motor: Motor, housing_to_ambient: float | None = None) -
     return (float(inner), float(outer)) if known(inner + outer) else None
 
 
-def thermal_current(motor: Motor, ambient: float, housing_to_ambient: float | None = None) -> float | None:
-    """Constant current that heats the winding to its limit by copper loss alone [A]; None if unknown."""
-    mounting = UNKNOWN if housing_to_ambient is None else housing_to_ambient
-    return _or_none(thermal_limit_current(as_record(motor), ambient, mounting))
-
-
 def continuous_current(motor: Motor, ambient: float, *, housing_to_ambient: float | None = None) -> SourcedValue:
     """Largest continuous current of a motor: the smaller one of the printed value and the thermal limit.
 

@@ -18,11 +18,15 @@ from drivetrain.drive.motor import Motor
 from drivetrain.dynamics.inverse import joint_loads
 from drivetrain.dynamics.mass import mass_matrix
 from drivetrain.motion.duty_cycle import Cycle
-from drivetrain.sizing.demand.demand import joint_demand
+from drivetrain.sizing.demand.demand import JointDemand, workload
 from drivetrain.study.model import ContainedDrive, DriveMass, JointTask, Mount, Payload, Safety, Study
 from drivetrain.study.parts.mounting import loaded_arm
 
 TRAVEL = 0.02  # m/rad of the prismatic joint
+
+
+def joint_demand(study: Study, drives: dict[int, Drive], joint: int) -> JointDemand:
+    return workload(study).at(joint, drives).demand(drives[joint])
 
 
 def random_arm(rng: np.random.Generator, n: int) -> Arm:

@@ -29,7 +29,6 @@ def test_the_sheet_agrees_with_its_own_redundancy() -> None:
     assert law.stall_torque(DCX22) == pytest.approx(0.150, rel=0.01)
     assert law.stall_current(DCX22) == pytest.approx(3.31, rel=0.01)
     assert law.no_load_speed(DCX22) == pytest.approx(529.882, rel=0.01)
-    assert law.speed_torque_gradient(DCX22) == pytest.approx(3550.0, rel=0.01)
 
 
 def test_its_text_lists_what_the_sheet_states_and_makes_it_again() -> None:

@@ -14,11 +14,12 @@ from drivetrain.drive.motor_limits import (
     continuous_region,
     operating_region,
     peak_current,
-    thermal_current,
+    thermal_limit_current,
     thermal_resistances,
     torque_limits,
 )
 from drivetrain.errors import InputError
+from drivetrain.records import UNKNOWN, as_record
 
 # maxon online catalogue 2019 (resistance, thermal resistances winding-housing and housing-ambient, limit of the
 # winding, printed nominal current) and how far the printed value lies from the thermal limit [%].
@@ -55,8 +56,7 @@ def test_thermal_limit_against_the_printed_continuous_current(
         nominal_current=printed,
     )
     motor = dataclasses.replace(motor, resistance=resistance)
-    thermal = thermal_current(motor, 25.0)
-    assert thermal is not None
+    thermal = thermal_limit_current(as_record(motor), 25.0, UNKNOWN)
     # 0.1: the percentages above are printed to one decimal
     assert 100.0 * (printed / thermal - 1.0) == pytest.approx(percent, abs=0.1)
     assert continuous_current(motor, 25.0).value == printed
@@ -64,12 +64,11 @@ def test_thermal_limit_against_the_printed_continuous_current(
 
 def test_thermal_current_brings_the_winding_to_its_limit() -> None:
     motor = _motor()
-    current = thermal_current(motor, 40.0)
-    assert current is not None
+    current = thermal_limit_current(as_record(motor), 40.0, UNKNOWN)
     loss = current**2 * winding_resistance(motor, 125.0)
     assert 40.0 + loss * (2.0 + 6.0) == pytest.approx(125.0)
-    assert thermal_current(motor, 130.0) == 0.0
-    assert thermal_current(_motor(max_winding_temperature=None), 25.0) is None
+    assert thermal_limit_current(as_record(motor), 130.0, UNKNOWN) == 0.0
+    assert math.isnan(thermal_limit_current(as_record(_motor(max_winding_temperature=None)), 25.0, UNKNOWN))
 
 
 def test_resistances_from_what_the_sheet_has() -> None:
@@ -94,8 +93,7 @@ def test_resistances_from_what_the_sheet_has() -> None:
 
 
 def test_the_smaller_of_printed_and_thermal_counts() -> None:
-    thermal = thermal_current(_motor(), 25.0)
-    assert thermal is not None
+    thermal = thermal_limit_current(as_record(_motor()), 25.0, UNKNOWN)
     below, above = (
         continuous_current(_motor(nominal_current=2.0), 25.0),
         continuous_current(_motor(nominal_current=9.0), 25.0),

@@ -309,7 +309,6 @@ def rates_at(run: Run, t: float) -> None:
     solve_at(run, t)
     if engine_of(run).late:
         outputs_at(run, t)
-    engine_of(run).rates_calls += 1
 
 
 @part
@@ -389,18 +388,14 @@ def _along(
 def evaluate_commanded(numbers: Array, times: Array, moved: Any, commanded: Any, wanted: Any) -> Array:
     """Signals along a command at times [s], (N,): one row per time, (N, K).
 
-    Args:
-        numbers: A run's memory, used as workspace.
-        times: [s], (N,).
-        moved: Indices of the positions and speeds of the coordinates in the memory.
-        commanded: Indices of their commands, in the same order.
-        wanted: Indices of the signals to return, (K,).
+    The run's memory ``numbers`` is the workspace; ``moved`` and ``commanded`` are the indices of positions and speeds
+    of the coordinates and of their commands, ``wanted`` those of the signals.
     """
     rows = np.empty((len(times), len(wanted)))
     _along(right_side(signals).address, times, numbers, NO_NUMBERS, parts_of(numbers), moved, commanded, wanted, rows)
     return rows
 
 
-def evaluate_signals(numbers: Array, t: float = 0.0) -> None:
-    """Compute all signals at time t [s], at the states in a run's memory ``numbers``, which is changed."""
-    evaluate(right_side(signals).address, t, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))
+def evaluate_signals(numbers: Array) -> None:
+    """Compute all signals at time zero, at the states in a run's memory ``numbers``, which is changed."""
+    evaluate(right_side(signals).address, 0.0, np.zeros(1), np.zeros(1), NO_NUMBERS, parts_of(numbers))

@@ -233,7 +233,6 @@ class Engine:
     stiff: int  # whether a spring or damper is stiff for the step, see ``assembly.STIFF_RATIO``
     modes_fixed: int  # whether all contact modes are fixed
     unsettled: int  # number of steps in which the Newton iteration did not converge
-    rates_calls: int  # number of evaluations of the rates
     late: int  # whether the rate of any state needs the forces, see ``State.late`` of the effects
     logged: int  # number of mode changes so far, of the adaptive engine
     # motion of the tip at the guessed speeds, and the force that the solution assumed

@@ -340,11 +340,6 @@ class JointWork:
         return StopDemand(moving, nothing, needed, speed[moving], slowing, nothing)
 
 
-def joint_demand(study: Study, drives: Mapping[int, Drive], joint: int) -> JointDemand:
-    """The demand on one joint given the drives that load it."""
-    return workload(study).at(joint, drives).demand(drives[joint])
-
-
 NO_STOP = StopDemand(np.zeros(0, dtype=np.int64), *np.zeros((5, 0)))
 
 

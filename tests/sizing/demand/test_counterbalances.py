@@ -17,7 +17,7 @@ from drivetrain.simulation.engines.inverse import Inverse
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.study_scene import scene_of
 from drivetrain.sizing.currents import PARTS, current_commands
-from drivetrain.sizing.demand.demand import joint_demand
+from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.study.parts.mounting import loaded_arm
 from drivetrain.study.read import load_study
@@ -86,7 +86,7 @@ def test_the_gear_carries_what_is_left(make):
     found = evaluate(study)
     drives = {k: joint.drive for k, joint in enumerate(found.joints.values())}
     torque = counterbalance_torque(study.joints[0].counterbalances, study.cycle.position[:, 0])
-    demands = [[joint_demand(one, drives, k) for k in (0, 1)] for one in (study, bare(study))]
+    demands = [[workload(one).at(k, drives).demand(drives[k]) for k in (0, 1)] for one in (study, bare(study))]
     np.testing.assert_allclose(demands[0][0].gear_torque, demands[1][0].gear_torque - torque, atol=1e-12)
     np.testing.assert_array_equal(demands[0][1].gear_torque, demands[1][1].gear_torque)
     np.testing.assert_allclose(

@@ -18,7 +18,7 @@ from drivetrain.sizing.answers.free_ratio import free_ratios
 from drivetrain.sizing.answers.ratio import partners
 from drivetrain.sizing.answers.why_not import why_not
 from drivetrain.sizing.demand.changed_work import WorkFamily
-from drivetrain.sizing.demand.demand import joint_demand, workload
+from drivetrain.sizing.demand.demand import workload
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.parts import FilledParts
 from drivetrain.sizing.search.search import select
@@ -120,8 +120,9 @@ def test_the_energy_of_a_stop_is_that_of_a_simulated_one(make):
     assert stopping_energy(torque, torque, inertia, speed) == np.inf
     study = held_study(make)
     found = checks_of(evaluate(study, {"j2": ("m1+strong", "g1")}))
-    demand = joint_demand(study, {i: FilledParts(study).drive(study.joints[i], *keys) for i, keys in enumerate(
-        (("m1", "g1"), ("m1+strong", "g1")))}, 1)  # fmt: skip
+    parts, keys = FilledParts(study), (("m1", "g1"), ("m1+strong", "g1"))
+    drives = {i: parts.drive(study.joints[i], *own) for i, own in enumerate(keys)}
+    demand = workload(study).at(1, drives).demand(drives[1])
     total = make.motor.rotor_inertia + STRONG.inertia + make.gear.inertia + demand.load_inertia.max() / 2500.0
     fastest = 50.0 * np.abs(demand.speed).max()
     expected = stopping_energy(2.0, found[TORQUE].actual, total, fastest)
