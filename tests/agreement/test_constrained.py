@@ -303,24 +303,6 @@ def test_nearly_redundant_rows_in_many_digits(gap: float) -> None:
         assert error(naive, motion_) > 100.0 * error(found.acceleration, motion_)
 
 
-def test_contradicting_rows_are_told() -> None:
-    arm = random_arm(8)
-    q, qd, tau = (x[0] for x in motion(8, 6))
-    floor = PointOnSurface(Attachment.tip(arm), Plane([0, 0, 1], tip_pose(arm, q)[:3, 3]))
-
-    def jacobian(position: np.ndarray) -> np.ndarray:
-        return floor.rows(arm, position[None], np.zeros((1, 6))).jacobian[0]
-
-    def drift(position: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        return floor.rows(arm, position[None], speed[None]).drift[0] + 1.0
-
-    lift = CallableConstraint(jacobian, drift, 1)
-    found = constrained_forward_dynamics(arm, [floor, lift], q, qd, tau)
-    assert found.rank == 1
-    assert found.missed == pytest.approx(np.sqrt(0.5), rel=1e-9)  # half of the 1 m/s^2 between them, each of two rows
-    assert np.isfinite(found.acceleration).all()
-
-
 def test_callable_rows_are_those_they_copy() -> None:
     arm = random_arm(9)
     q, qd, tau = motion(9, 6)

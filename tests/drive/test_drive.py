@@ -170,14 +170,6 @@ def test_mirroring_a_motion_mirrors_the_torque(
     )
 
 
-def test_power_flows_back_through_the_gear_with_losses_only() -> None:
-    # 50 W from the load at eta 0.7: no more than 50 W (2 - 1/0.7) = 28.6 W may arrive at the motor.
-    asked = _asked(BARE, -50.0, 1.0)
-    balance = power_balance(BARE, np.array([-50.0]), np.array([1.0]), asked, 25.0, 25.0)
-    assert balance.mesh[0] == pytest.approx(50.0 * (1.0 / 0.7 - 1.0))
-    assert balance.electrical[0] - balance.copper[0] == pytest.approx(-50.0 * (2.0 - 1.0 / 0.7))
-
-
 def test_mesh_loss_counted_at_the_teeth() -> None:
     # an independent count: torque in times speed in, less torque out times speed out
     rng = np.random.default_rng(5)

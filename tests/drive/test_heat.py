@@ -215,16 +215,6 @@ def test_magnets_and_winding_settle_together() -> None:
     assert result.mean_winding > temperature_of_current(_network(), MOTOR, time, 0.6 * current).mean_winding + 1.0
 
 
-def test_magnets_alone_can_make_the_motor_run_away() -> None:
-    time = np.array([0.0, 1.0])
-    fixed = dataclasses.replace(MOTOR, magnet_coefficient=0.0)
-    weak = dataclasses.replace(MOTOR, magnet_coefficient=-0.002)
-    torque = np.full(2, 8.9 * MOTOR.torque_constant)
-    assert not periodic_temperature(_network(), fixed, time, torque).runaway
-    result = periodic_temperature(_network(), weak, time, torque)
-    assert result.runaway and np.isinf(result.winding).all() and np.isfinite(result.current).all()
-
-
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 1.0])
 def test_the_steady_point_is_found_up_to_the_edge_of_runaway(share: float) -> None:
     # A constant torque with warm magnets: the fixed point of two scalar equations, by bisection on magnet temperature.

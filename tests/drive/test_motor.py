@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from drivetrain.drive import motor as law
 from drivetrain.drive.motor import Motor
@@ -100,22 +99,6 @@ def test_friction_data_are_one_current_or_both_terms() -> None:
         ({"viscous_friction": 1e-5}, False), ({"coulomb_friction": 1e-3, "viscous_friction": 1e-5}, True),
     ):  # fmt: skip
         assert law.has_friction_data(dataclasses.replace(bare, **given)) == known
-
-
-def test_a_step_of_the_current_by_its_differential_equation() -> None:
-    """Against an integration of L dI/dt = V - R I - k w, and without an inductance the current at once."""
-    motor = Motor("m", 0.4, 0.07, inductance=3e-4)
-    current, voltage, speed, step = np.array([-2.0, 5.0]), np.array([12.0, -3.0]), np.array([40.0, 90.0]), 6e-4
-    found = law.exact_current_step(motor, current, voltage, speed, step)
-
-    def rates(_: float, state: np.ndarray) -> np.ndarray:
-        return np.concatenate([(voltage - 0.4 * state[:2] - 0.07 * speed) / 3e-4, state[:2]])
-
-    answer = solve_ivp(rates, (0.0, step), np.r_[current, 0.0, 0.0], rtol=1e-11, atol=1e-12).y[:, -1]
-    np.testing.assert_allclose(found[0], answer[:2], rtol=1e-8)
-    np.testing.assert_allclose(found[1], answer[2:] / step, rtol=1e-8)
-    at_once = law.exact_current_step(dataclasses.replace(motor, inductance=None), current, voltage, speed, step)
-    np.testing.assert_allclose(at_once, [(voltage - 0.07 * speed) / 0.4] * 2, rtol=1e-12)
 
 
 def test_all_faults_of_a_sheet_at_once() -> None:

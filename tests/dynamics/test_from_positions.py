@@ -35,26 +35,6 @@ def readings(q: np.ndarray, bits: int) -> np.ndarray:
     return np.round(q / step(bits)) * step(bits)
 
 
-@pytest.mark.parametrize("bits", [12, 14, 16, 20])
-@pytest.mark.parametrize("known", [True, False])
-def test_encoder(bits: int, known: bool) -> None:
-    """Errors of peaks and RMS below 5 and 3 per cent, where those of differences are hundreds or thousands."""
-    q, qd, qdd = wave()
-    wanted = inverse_dynamics(ARM, q, qd, qdd)
-    read = readings(q, bits)
-    found = torque_from_positions(ARM, TIME, read, resolution=step(bits) if known else None)
-    assert rms(found.torque) / rms(wanted) == pytest.approx(np.ones(6), abs=0.03)
-    assert np.abs(found.torque).max(axis=0) / np.abs(wanted).max(axis=0) == pytest.approx(np.ones(6), abs=0.05)
-    assert all("spline" in words for words in found.smoothing)
-    rates = np.gradient(read, TIME, axis=0)
-    second = np.diff(read, 2, axis=0, prepend=read[:1], append=read[-1:]) / 1e-6
-    naive = inverse_dynamics(ARM, read, rates, second)
-    if bits == 12:
-        assert (rms(naive) / rms(wanted)).min() > 20.0
-    if bits == 16:
-        assert (rms(naive) / rms(wanted)).max() > 4.0
-
-
 @pytest.mark.parametrize("bits", [12, 14, 16])
 def test_deviation_is_that_of_the_errors(bits: int) -> None:
     q, qd, qdd = wave()

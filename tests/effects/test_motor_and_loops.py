@@ -14,7 +14,6 @@ from drivetrain.effects.control.computed_torque import ComputedTorque, SampledCo
 from drivetrain.effects.control.encoder import Encoder
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
-from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
@@ -51,22 +50,6 @@ def test_command_repeats_and_then_holds() -> None:
     run = simulate(joint_scene(1.0, [CommandedMotion(back, repetitions=2)], 2.5), interval=0.125)
     np.testing.assert_allclose(run["joint.command_position"][1:8], run["joint.command_position"][9:16], atol=1e-13)
     assert (run["joint.command_speed"][run.time >= 2.0] == 0.0).all()
-
-
-def test_jumps_of_acceleration_are_met_to_rounding() -> None:
-    # Bang-bang in two segments of 5 ms after a rest: 2 * 1/2 * 840 * 0.005^2 = 0.021 rad; a motor that obeys.
-    t = np.array([0.0, 0.5, 0.5, 0.505, 0.505, 0.51, 0.51, 1.0])
-    a = np.array([0.0, 0.0, 840.0, 840.0, -840.0, -840.0, 0.0, 0.0])
-    effects = [MotorCurrent(MOTOR), GivenCurrent(t, a * 2.0 / 0.03)]
-    run = simulate(joint_scene(2.0, effects, 1.0), solver=FixedStep(0.01), interval=0.1)
-    assert run["joint.speed"][-1] == pytest.approx(0.0, abs=1e-12)
-    assert run["joint.position"][-1] == pytest.approx(0.021, abs=1e-12)
-
-
-def test_pulse_after_a_long_rest_is_not_missed() -> None:
-    pulse = GivenTorque([0.0, 7.3, 7.3, 7.305, 7.305, 10.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0])
-    run = simulate(joint_scene(1.0, [pulse], 10.0), solver=FixedStep(0.5))
-    assert run["joint.speed"][-1] == pytest.approx(0.5, abs=1e-9)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

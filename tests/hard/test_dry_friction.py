@@ -62,6 +62,7 @@ def runge_kutta(rates, state: np.ndarray, step: float, count: int) -> tuple[np.n
 def test_coulomb_stop() -> list[Figure]:
     run = oscillator(1e-3)
     stop = instants(run, "stick")[-1]
+    assert abs(stop - 0.5 * math.pi) < 2e-3  # two steps
     rest, moving = run["joint.speed"][run.time > stop], run["joint.speed"][run["joint.speed"] != 0.0]
     halves = 1 + np.count_nonzero(np.diff(np.sign(moving)))
     errors = [abs(oscillator(h)["joint.position"][-1] + 0.003) for h in (4e-3, 2.5e-4)]
@@ -81,6 +82,7 @@ def held(share: float, duration: float) -> tuple[float, int]:
     """How far a joint drifts under a share of its breakaway torque, and in how many steps."""
     effects = [DryFriction(Friction(coulomb=15.0, static=25.0)), GivenTorque([0.0], [25.0 * share])]
     run = simulate(joint_scene(0.5, effects, duration, position=0.7), interval=duration / 10.0)
+    assert math.isclose(run["joint.joint_friction"][-1], 25.0 * share, rel_tol=1e-12)
     drift = np.abs(run["joint.position"] - 0.7).max() + np.abs(run["joint.speed"]).max()
     return float(drift), run.counters["steps"]
 
@@ -192,7 +194,9 @@ def test_stick_slip() -> list[Figure]:
     belt = joint_scene(1.0, [DryFriction(STICKY), WallSpring(100.0), MovingBelt(0.01)], 14.0, speed=0.01)
     naive: float | None = abs(tanh_period() / period - 1.0)
     for name, scene in (("pulled", pulled), ("on a belt", belt)):
-        times = instants(simulate(scene, interval=0.5), "breakaway")
+        run = simulate(scene, interval=0.5)
+        assert np.abs(run["energy_error"]).max() < 1e-5  # J; 1.5 mJ go through the spring in each cycle
+        times = instants(run, "breakaway")
         wanted = 1 + math.floor((14.0 - 1.5) / period) if name == "pulled" else 10
         figures.append(
             Figure(
@@ -295,6 +299,10 @@ def test_coupled_friction() -> list[Figure]:
     for name, solver, limit in (("E1", FixedStep(1e-3), 1e-4), ("E2", Rodas4(1e-8), 1e-8)):
         runs = [simulate(Scene(two_links(), effects, 6.0, np.array([q, 0.2])), solver=solver) for q in starts]
         run = runs[0]
+        if name == "E2":
+            assert len(run.events) == run.counters["mode_changes"] == 3
+        else:
+            assert run.counters["solves"] < 1.1 * run.counters["steps"]
         final = np.array([run[f"joint_{i}.position"][-1] for i in (1, 2)])
         speed = max(abs(run[f"joint_{i}.speed"][-1]) for i in (1, 2))
         figures.append(

@@ -78,6 +78,7 @@ def test_rattling() -> list[Figure]:
             run = rattled(stiffness, solver, 10.0, 1e-3)
             late, torque = run.time > 0.201, run["joint.flank_torque"]
             assert np.count_nonzero(np.diff(np.sign(torque[late]))) > 5  # they do rattle
+            assert (torque[np.abs(run["joint.deflection"]) < 0.5 * PLAY] == 0.0).all()
             pull = max(pull, float(-(torque * np.sign(run["joint.deflection"])).min()))
             momentum = LOAD * run["joint.speed"] + ROTOR / RATIO * run["joint.motor_speed"]
             lost = max(lost, float(np.abs(momentum[late] / -1.0 - 1.0).max()))

@@ -74,17 +74,6 @@ def test_resumed_run_is_the_same_to_the_last_bit() -> None:
     assert (part.states == whole.states).all()
 
 
-def test_pulse_after_a_long_rest() -> None:
-    """5 ms of 100 N on 1 kg after 7.3 s of rest; scipy's own methods step over it and report success."""
-    problem = pushed([7.3, 7.305], [0.0, 100.0, 0.0])
-    for method in ("RK45", "DOP853", "LSODA", "BDF", "Radau"):
-        missed = solve_ivp(python_rates(problem), (0.0, 10.0), [0.0, 0.0], method=method, rtol=1e-6, atol=1e-9)
-        assert missed.success and missed.y[1, -1] == 0.0
-    found = integrate_compiled(problem, Rodas4(1e-6), [0.0, 0.0], [0.0, 10.0], breakpoints=[7.3, 7.305])
-    assert abs(found.final[1] - 0.5) < 1e-9
-    assert abs(found.final[0] - (0.5 * 100.0 * 0.005**2 + 0.5 * (10.0 - 7.305))) < 1e-9
-
-
 @pytest.mark.parametrize("solver", [Rodas4(1e-6), DormandPrince54(1e-6, 1e-9)], ids=repr)
 def test_bang_bang_with_segments_of_five_milliseconds(solver: Rodas4) -> None:
     ends, levels = [0.5, 0.505, 0.51], [2.0, -300.0, 250.0, 1.0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mpmath
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -46,17 +45,6 @@ def test_log_undoes_exp(angle: float) -> None:
     for _ in range(10):
         twist = np.concatenate([angle * unit(rng.normal(size=3)), rng.normal(size=3)])
         assert log_pose(exp_pose(twist)) == pytest.approx(twist, abs=2e-14)
-
-
-@pytest.mark.parametrize("angle", [1e-12, 1e-5, 9.9e-3, 1.01e-2, 0.09, 1.0, 3.0])
-def test_translation_against_fifty_digits(angle: float) -> None:
-    """The translation is the integral of the rotation, in all branches of the code."""
-    axis, linear = unit([1.0, -2.0, 0.5]), np.array([0.3, 0.7, -0.2])
-    with mpmath.workdps(50):
-        x = mpmath.mpf(angle)
-        b, c = (1 - mpmath.cos(x)) / x, (x - mpmath.sin(x)) / x
-        wanted = linear + float(b) * np.cross(axis, linear) + float(c) * np.cross(axis, np.cross(axis, linear))
-    assert exp_pose(np.concatenate([angle * axis, linear]))[:3, 3] == pytest.approx(wanted, abs=4e-16)
 
 
 def test_inverse_and_adjoint_follow_the_chain() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
+from drivetrain.errors import InputError
 from drivetrain.study.model import Study
 from drivetrain.study.read import load_study
 
@@ -77,3 +78,15 @@ def load(folder: Path) -> Load:
         return load_study(file)
 
     return load
+
+
+@pytest.fixture
+def faults_of(load: Load) -> Callable[..., dict[str, str]]:
+    """Loads the small study with faulty entries: the faults by their places."""
+
+    def faults_of(changes: dict[str, Any]) -> dict[str, str]:
+        with pytest.raises(InputError) as caught:
+            load(changes)
+        return {fault.place: f"{fault.problem} | {fault.value} | {fault.hint}" for fault in caught.value.faults}
+
+    return faults_of

@@ -13,12 +13,6 @@ from drivetrain.errors import InputError
 from drivetrain.study.model import DriveMass, Study
 
 
-def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load(changes)
-    return {fault.place: f"{fault.problem} | {fault.value} | {fault.hint}" for fault in caught.value.faults}
-
-
 def test_everything_arrives(load: Any) -> None:
     study: Study = load({
         "ambient": "40 °C", "objective": "price", "safety": {"rms": 1.2, "reserve": "5 %"},
@@ -147,14 +141,14 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"motions.default": {"file": "x.csv"}}, "motions.default.file", "for one motion"),
     ],
 )  # fmt: skip
-def test_one_fault(load: Any, changes: dict[str, Any], place: str, words: str) -> None:
-    found = faults_of(load, changes)
+def test_one_fault(faults_of: Any, changes: dict[str, Any], place: str, words: str) -> None:
+    found = faults_of(changes)
     assert any(known.startswith(place) or known.endswith(place) for known in found), found
     assert words in " ".join(found.values())
 
 
-def test_what_only_an_arm_gives_meaning_is_refused_without_one(load: Any) -> None:
-    found = faults_of(load, {"arm": None, "gravity": ["0 m/s^2", "0 m/s^2", "1 m/s^2"]})
+def test_what_only_an_arm_gives_meaning_is_refused_without_one(faults_of: Any) -> None:
+    found = faults_of({"arm": None, "gravity": ["0 m/s^2", "0 m/s^2", "1 m/s^2"]})
     assert {"gravity", "drive_mass", "payloads", "motions.there.waypoints", "motions.back.waypoints"} <= set(found)
 
 
@@ -173,7 +167,7 @@ def test_a_load_table_needs_no_arm(load: Any, folder: Path) -> None:
     assert study.joints[0].pairs
 
 
-def test_positions_outside_the_ranges_are_faults_and_speeds_warnings(load: Any) -> None:
+def test_positions_outside_the_ranges_are_faults_and_speeds_warnings(load: Any, faults_of: Any) -> None:
     panda = {
         "arm": "panda", "cycle": None, "payloads": None, "joints": {"default": {"candidates": {}}},
         "motions": {"nod": {"unit": "deg", "profile": "quintic", "durations": ["0.2 s", "0.2 s"],
@@ -183,7 +177,7 @@ def test_positions_outside_the_ranges_are_faults_and_speeds_warnings(load: Any) 
     study = load(panda)
     assert any("panda_joint1" in note and "speed limit" in note for note in study.notes)
     panda["motions"]["nod"]["waypoints"][1][3] = 10
-    found = faults_of(load, panda)
+    found = faults_of(panda)
     assert any("panda_joint4" in place + text and "upper limit" in text for place, text in found.items())
 
 

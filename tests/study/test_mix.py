@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivetrain.errors import InputError
 from drivetrain.study.model import Study
 
 ROUND: list[dict[str, Any]] = [
@@ -20,12 +19,6 @@ MIX: dict[str, Any] = {
         {"name": "empty", "share": 0.4, "cycle": [{"motion": "there"}, {"motion": "back"}, {"dwell": "1 s"}]},
     ],
 }
-
-
-def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load(changes)
-    return {fault.place: f"{fault.problem} | {fault.value} | {fault.hint}" for fault in caught.value.faults}
 
 
 def test_a_mix_arrives(load: Any) -> None:
@@ -52,8 +45,8 @@ def test_a_part_without_a_name_has_a_number(load: Any) -> None:
     assert load({"cycle": None, "mix": parts}).cycle.part_names == ("part 1", "part 2")
 
 
-def test_every_fault_at_once(load: Any) -> None:
-    found = faults_of(load, {
+def test_every_fault_at_once(faults_of: Any) -> None:
+    found = faults_of({
         "cycle": None,
         "mix": [
             {"name": "one", "share": "60 %", "cycle": [{"motion": "ther"}, {"motion": "back"}]},
@@ -74,10 +67,10 @@ def test_every_fault_at_once(load: Any) -> None:
     ([{"share": 1, "cycle": [{"motion": "there"}]}], "mix[0].cycle", "close"),
     ([{"share": 0.5, "cycle": ROUND, "name": "a"}] * 2, "mix[1].name", "twice"),
 ])  # fmt: skip
-def test_single_faults(load: Any, mix: list[dict[str, Any]], place: str, words: str) -> None:
-    found = faults_of(load, {"cycle": None, "mix": mix})
+def test_single_faults(faults_of: Any, mix: list[dict[str, Any]], place: str, words: str) -> None:
+    found = faults_of({"cycle": None, "mix": mix})
     assert any(where.startswith(place) and words in text for where, text in found.items()), found
 
 
-def test_a_mix_beside_a_cycle(load: Any) -> None:
-    assert "cannot stand beside cycle" in faults_of(load, {"mix": MIX["mix"]})["mix"]
+def test_a_mix_beside_a_cycle(faults_of: Any) -> None:
+    assert "cannot stand beside cycle" in faults_of({"mix": MIX["mix"]})["mix"]

@@ -12,12 +12,6 @@ from drivetrain.study.parts.selection import CurveWanted, TradeOffs, read_curve,
 from drivetrain.study.schema import json_schema
 
 
-def faults_of(load: Any, changes: dict[str, Any]) -> dict[str, str]:
-    with pytest.raises(InputError) as caught:
-        load(changes)
-    return {fault.place: f"{fault.problem} | {fault.value} | {fault.hint}" for fault in caught.value.faults}
-
-
 def test_a_silent_study_asks_for_nothing(load: Any) -> None:
     study = load()
     assert study.trade_offs == TradeOffs() and not study.trade_offs
@@ -34,8 +28,8 @@ def test_front_and_curves_arrive(load: Any) -> None:
     assert study.trade_offs and study.wanted == load().wanted
 
 
-def test_every_fault_at_once(load: Any) -> None:
-    found = faults_of(load, {
+def test_every_fault_at_once(faults_of: Any) -> None:
+    found = faults_of({
         "selection": {
             "front": ["mass", "enrgy"],
             "curves": ["paylod", "voltage: 3 s..8 s", "ambient: 3 °C", "cycle_time: 5 s..4 s", "cycle_time: 0 s..4 s"],
@@ -56,15 +50,15 @@ def test_every_fault_at_once(load: Any) -> None:
         ({"curves": ["voltage", "voltage: 20 V..30 V"]}, "selection.curves[1]", "twice"),
     ],
 )
-def test_one_fault(load: Any, selection: dict[str, Any], place: str, words: str) -> None:
-    found = faults_of(load, {"selection": selection})
+def test_one_fault(faults_of: Any, selection: dict[str, Any], place: str, words: str) -> None:
+    found = faults_of({"selection": selection})
     assert set(found) == {place}
     assert words in found[place]
 
 
-def test_a_payload_is_varied_only_where_one_is_carried(load: Any) -> None:
+def test_a_payload_is_varied_only_where_one_is_carried(faults_of: Any) -> None:
     cycle = [{"motion": "there"}, {"motion": "back"}]
-    found = faults_of(load, {"payloads": None, "cycle": cycle, "selection": {"curves": ["payload"]}})
+    found = faults_of({"payloads": None, "cycle": cycle, "selection": {"curves": ["payload"]}})
     assert "no payload" in found["selection.curves[0]"]
 
 
