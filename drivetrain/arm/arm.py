@@ -326,13 +326,7 @@ class Linkage:
 
 
 def refuse_loops(arm: Arm, *, shared: bool = False, closed: bool = False) -> None:
-    """Raise InputError for an arm with closed loops or with two motors on an axis.
-
-    Args:
-        arm: The arm.
-        shared: Whether two motors on one axis are allowed.
-        closed: Whether closed loops are allowed.
-    """
+    """Raise InputError for an arm with closed loops or with two motors on an axis (unless ``shared``, ``closed``)."""
     if arm.linkage is not None and arm.linkage.loops.shared:
         if shared:
             return

@@ -110,17 +110,12 @@ THINNEST = 0.1  # smallest over largest half axis: thin plates and rods count as
 
 
 def implausible(name: str, body: RigidBody, points: Sequence[Array]) -> list[str]:
-    """Warnings about an implausible mass or inertia of a link.
+    """Warnings about an implausible mass or inertia of a link; ``points`` are the joints at it, in its frame [m].
 
     There are two tests. The first is the triangle inequality of the principal moments. The second finds links that are
     much wider than the distances between their joints and their centre of mass, and also lighter than foam of this
-    size. They usually result from a radius or unit that is wrong by a factor of ten, or from a placeholder of 1 kg
-    m^2. Either property alone has harmless causes (thin links, joints drawn at one point, large covers).
-
-    Args:
-        name: Name of the link, used in the warnings.
-        body: Mass, centre of mass and inertia in the link's frame [kg, m, kg m^2].
-        points: Origins of the link's own and its children's joints in the link's frame [m], (3,) each.
+    size. They usually result from a radius or unit that is wrong by a factor of ten, or from a placeholder of 1 kg m^2.
+    Either property alone has harmless causes (thin links, joints drawn at one point, large covers).
     """
     if body.mass <= 0.0:
         return []

@@ -141,21 +141,10 @@ def _missing(arm: Arm, wanted: Array, q: Array, size: float) -> tuple[Array, Arr
 def follow(
     arm: Arm, path: Callable[[Array], PathSamples], length: float, start: Array, *, rotation: bool = True
 ) -> Callable[[Array], JointPath]:
-    """Joint positions along a path in one posture, as a function of the distance.
+    """Joint positions [rad or m] along a path from ``start`` in one posture, as a function of the distance [m], (N,).
 
-    Args:
-        arm: The arm.
-        path: Samples of the path at given distances [m].
-        length: Length of the path [m].
-        start: Joint positions at its start [rad or m], (n,).
-        rotation: Whether the tip's rotation is required.
-
-    Returns:
-        Function of distances [m], (N,).
-
-    Raises:
-        PathLostError: The path leaves the reach of the arm or comes to a singular pose; raised here, or by the returned
-            function.
+    Where the path leaves the reach of the arm or comes to a singular pose, this or the returned function raises
+    PathLostError.
     """
     from scipy.interpolate import BPoly  # takes long to import, and few studies follow paths
 

@@ -178,20 +178,10 @@ def read_map(path: Path) -> ExportMap:
 def import_export(
     path: str | Path, out: str | Path, given: ExportMap, *, basis: Basis = "", overwrite: bool = False
 ) -> Imported:
-    """Write a manufacturer's table as a table of a catalogue folder.
+    """Write a manufacturer's table, a CSV file, as a table of the catalogue folder ``out``.
 
-    Args:
-        path: The manufacturer's table, a CSV file.
-        out: Catalogue folder to write into.
-        given: Its headings; without ``columns`` they are recognised by the words that manufacturers use.
-        basis: Convention of current and winding data, see ``read_basis``.
-        overwrite: Replace a table of the same name in ``out``.
-
-    Returns:
-        What was written and what was left out.
-
-    Raises:
-        InputError: A table that exists already, missing headings, or faulty cells; all of them listed.
+    Without ``given.columns`` its headings are recognised by the words that manufacturers use. A table that exists
+    already, missing headings and faulty cells are errors; all of them are listed.
     """
     path, name = Path(path), f"{given.table}.csv"
     target = Path(out) / name

@@ -95,12 +95,7 @@ def differs(difference: float, law: str) -> str:
 def in_order(values: Values, *orders: tuple[Callable[..., Finding], str, str, str]) -> Iterator[Finding]:
     """Findings where values are in the wrong order.
 
-    Args:
-        values: Numbers by column name.
-        orders: (``error`` or ``warning``, column of the smaller value, column of the larger value, message).
-
-    Yields:
-        A finding for each order that the values violate.
+    Each order is (``error`` or ``warning``, column of the smaller value, column of the larger value, message).
     """
     for found, smaller, larger, words in orders:
         if smaller in values and larger in values and values[smaller] > values[larger]:

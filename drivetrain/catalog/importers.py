@@ -67,21 +67,10 @@ def import_rows(
     keep_faulty: bool = True,
     overwrite: bool = False,
 ) -> Imported:
-    """Write a catalogue folder from the files of another column format.
+    """Write the catalogue folder ``out`` from the files of another column format.
 
-    Args:
-        form: The column format.
-        folder: Folder of the files.
-        out: Catalogue folder to write.
-        basis: Convention of current and winding data, see ``read_basis``.
-        keep_faulty: Keep rows in which the lint finds an error.
-        overwrite: Replace tables that exist in ``out``.
-
-    Returns:
-        What was written and what was left out.
-
-    Raises:
-        InputError: No files of this format, an unknown basis, or tables that exist already.
+    ``keep_faulty``: keep rows in which the lint finds an error. Missing files, an unknown basis and tables that exist
+    already are errors.
     """
     folder, out = Path(folder), Path(out)
     present = [name for name in (MOTORS, GEARS, PAIRS) if (out / name).exists()]
@@ -104,11 +93,7 @@ def import_rows(
 def read_basis(basis: Basis) -> dict[str, tuple[str, str]]:
     """Current and winding basis by manufacturer or key in lower case; the empty name applies to all others.
 
-    Args:
-        basis: Text such as ``dc``, ``rms/line_line`` or ``peak/phase``, or such texts by manufacturer or key.
-
-    Raises:
-        InputError: Unknown conventions; all of them listed.
+    ``basis`` is a text such as ``dc``, ``rms/line_line`` or ``peak/phase``, or such texts by manufacturer or key.
     """
     given = {"": basis} if isinstance(basis, str) else basis
     bases: dict[str, tuple[str, str]] = {}

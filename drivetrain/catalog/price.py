@@ -64,10 +64,7 @@ class Offer:
 def offer_of(prices: Iterable[Price], currency: str, rates: Mapping[str, float]) -> Offer | None:
     """The price to use for a part: list prices before estimates, then the latest one; of a range the upper end.
 
-    Args:
-        prices: Prices of the part.
-        currency: Wanted currency.
-        rates: Factor from each other currency to it; prices in currencies without a rate are ignored.
+    ``rates`` are the factors from other currencies to the wanted one; prices in currencies without a rate are ignored.
     """
     known = [one for one in prices if one.currency == currency or one.currency in rates]
     if not known:

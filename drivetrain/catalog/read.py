@@ -223,14 +223,7 @@ def compatible_pairs(
 ) -> list[tuple[str, str]]:
     """The possible motor-gear pairs: published pairs, and pairs of frameless motors by the geometric rule.
 
-    Args:
-        catalog: The catalogue.
-        motors: Keys of the motors to consider; None: all.
-        gears: Keys of the gears to consider; None: all.
-        rule: Geometric rule for frameless motors.
-
-    Raises:
-        InputError: Keys that the catalogue does not have.
+    Motors or gears of None are all of them; keys that the catalogue does not have are faults.
     """
     motor_keys = list(catalog.motors) if motors is None else list(motors)
     gear_keys = list(catalog.gears) if gears is None else list(gears)

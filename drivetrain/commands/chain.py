@@ -64,12 +64,7 @@ def _result(path: Path) -> dict[str, Any]:
 
 
 def chosen(study: Study, *, runs: bool = False) -> Evaluation:
-    """The evaluation of the study's drives, or of selected ones if it does not name all.
-
-    Args:
-        study: The study.
-        runs: Whether the drives will be simulated, so that they are evaluated as in a simulation.
-    """
+    """The evaluation of the study's drives, or of selected ones if it does not name all; as in a run if it ``runs``."""
     from drivetrain.sizing.judge.evaluate import evaluate
     from drivetrain.sizing.results import every_drive
     from drivetrain.sizing.search.search import select

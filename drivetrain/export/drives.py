@@ -60,11 +60,7 @@ class DriveData:
 
 
 def exported(evaluation: Evaluation, format_name: str, payload: str | None = None) -> tuple[Arm, list[DriveData]]:
-    """The arm with its drives and a payload, rotors at the level ``reflected``, and the parameters of the drives.
-
-    Raises:
-        InputError: A study without an arm, an unknown payload, or an arm that the format cannot represent.
-    """
+    """The arm with its drives and a payload, rotors at the level ``reflected``, and the parameters of the drives."""
     study = evaluation.study
     if study.arm is None:
         raise InputError(Fault("arm", "is needed: a load table has nothing to export", hint="give the study an arm"))
@@ -91,11 +87,7 @@ class Body:
 
 
 def arm_bodies(arm: Arm, format_name: str) -> list[Body]:
-    """The bodies of an arm, followed by those of its linkages.
-
-    Raises:
-        InputError: Helical joints, which the other formats do not have.
-    """
+    """The bodies of an arm, followed by those of its linkages; helical joints, which no format has, are faults."""
     loops = None if arm.linkage is None else arm.linkage.loops
     chains = (arm,) if arm.linkage is None else arm.linkage.chains
     places = [(0, i) for i in range(arm.n)]

@@ -167,12 +167,7 @@ def _made(kind: Any, data: dict[str, Any]) -> Any:
 
 
 def axis_of(evaluation: Evaluation, joint: str, *, springs: bool = False) -> Axis:
-    """One axis of an evaluation, with a rigid or an elastic gear.
-
-    Raises:
-        InputError: An unknown joint; a joint with coupled motors; a load table without ``load_inertia``; ``springs``
-            with a gear of unknown stiffness.
-    """
+    """One axis of an evaluation, with a rigid or an elastic gear; what prevents it is an InputError."""
     study = evaluation.study
     names = study.joint_names
     (joint,) = whole_names("joint", "joint of the study", [joint], names)

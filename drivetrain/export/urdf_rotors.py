@@ -174,8 +174,7 @@ def _move_into_links(
 ) -> bool:
     """Add a rotor to the links in ``added``, without the axial inertia that readers add to the previous link.
 
-    Returns:
-        Whether anything was added.
+    Returns whether anything was added.
     """
     parts = [(rotor.carrier, rotor.body)]
     if tag is not None and tag.inertia is not None:

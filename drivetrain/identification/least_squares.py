@@ -37,13 +37,10 @@ def consistent(parameters: Array) -> bool:
 
 
 def nearest_consistent(found: Array, hessian: Array, bodies: int, start: Array) -> Array:
-    """The physically consistent parameters nearest to ``found`` in the metric of the normal equations.
+    """The physically consistent parameters nearest to ``found`` in the metric of the normal equations, (p,).
 
-    Args:
-        found: Unconstrained solution, (p,): ten parameters per body, then parameters that must not be negative.
-        hessian: Matrix of the normal equations, (p, p).
-        bodies: Number of bodies.
-        start: Parameters of bodies from which the solution starts, (p,).
+    These are ten parameters per body, then parameters that must not be negative; ``hessian`` is the matrix of the
+    normal equations, (p, p), ``start`` are parameters of bodies from which the search starts, (p,).
     """
     from scipy.optimize import least_squares, lsq_linear
 
@@ -213,10 +210,7 @@ MOST_ORDER = 20  # of the autoregressive model of the errors
 def correlated_covariance(regressor: Array, left: Array, used: Mask) -> Array:
     """Covariance of least squares with errors that are correlated over time and between joints, (r, r).
 
-    Args:
-        regressor: (N, n, r), zero in the rows that are not used.
-        left: Residuals, (N, n), zero where not used.
-        used: Which are used, (N, n).
+    Rows of the regressor, (N, n, r), and residuals, (N, n), that are not ``used`` are zero.
 
     Reference: X^T S X between two (X^T X)^-1, with the covariance S of autoregressive errors, whose order minimises
         BIC: P. Brockwell and R. Davis, Time Series: Theory and Methods (1991), sections 8.1 and 9.3.

@@ -163,12 +163,7 @@ def nearness(check: Check | None) -> str:
 
 
 def heat_model(motor: Motor, mounting: float | None) -> str:
-    """Text on a motor's thermal model from winding to ambient, with the sources of its resistances.
-
-    Args:
-        motor: The motor.
-        mounting: Thermal resistance from housing to ambient that the study states [K/W], or None.
-    """
+    """Text on a motor's thermal model, with sources; ``mounting``: housing to ambient in the study [K/W]."""
     network = thermal_network(motor, 0.0, housing_to_ambient=mounting)
     if network is None:
         return "temperatures not computed: thermal resistances are not in the catalogue row"

@@ -88,10 +88,7 @@ def changed(study: Study, change: TaskChange) -> Study:
 
 
 def heaviest(study: Study) -> tuple[Payload, ...]:
-    """The heaviest payload as a tuple of one; empty if the study has no payload with a mass.
-
-    It is the payload that a curve over payload varies; all lighter ones, such as a gripper, keep their mass.
-    """
+    """The heaviest payload, which a curve over payload varies, as a tuple of one; empty if none has a mass."""
     weighing = [one for one in study.payloads if one.mass > 0.0]
     return tuple(sorted(weighing, key=lambda one: -one.mass)[:1]) if study.arm is not None else ()
 

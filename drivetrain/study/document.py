@@ -64,11 +64,7 @@ def spelled(place: Place) -> str:
 
 
 def read_document(path: str | Path) -> Document:
-    """Read a YAML file with the line of each entry.
-
-    Raises:
-        InputError: The file cannot be read as YAML, or keys are given twice; all duplicates are listed.
-    """
+    """Read a YAML file with the line of each entry; what is not YAML, and all duplicate keys, are faults."""
     file = Path(path)
     return parsed_document(file, _content(file))
 
@@ -218,11 +214,7 @@ def _mapping(
 
 
 def place_of(document: Document, text: str) -> Place:
-    """The place that a text such as ``payloads.box.mass`` names.
-
-    Raises:
-        InputError: The document has no entry for one of the names before the last.
-    """
+    """The place that a text such as ``payloads.box.mass`` names; a missing entry before the last name is a fault."""
     place: Place = ()
     found: Any = document.data
     names = text.split(".")

@@ -47,15 +47,9 @@ class Form(BaseModel):
 
 @cache
 def form_of(kind: type, without: tuple[str, ...] = (), needed: tuple[str, ...] = ()) -> type[Form]:
-    """The form of a dataclass, with the annotations, defaults and descriptions of its fields.
+    """The form of a dataclass, with the annotations, defaults and descriptions of its fields; ``made`` turns it back.
 
-    Args:
-        kind: The dataclass.
-        without: Names of fields that a study file cannot state.
-        needed: Names of fields that a study file must state although the dataclass has a default.
-
-    Returns:
-        A class derived from ``Form``; its ``made`` returns a ``kind``.
+    A study file cannot state the fields ``without``, and must state those ``needed`` although they have a default.
     """
     hints, words = get_type_hints(kind, include_extras=True), attribute_words(kind)
     entries: dict[str, Any] = {}

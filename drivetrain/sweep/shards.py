@@ -82,11 +82,7 @@ def write_shard(out: Path, shard: int, sweep: Sweep, digest: str, rows: Sequence
 
 
 def done_shards(out: Path, sweep: Sweep, digest: Callable[[int], str]) -> set[int]:
-    """Indices of the finished shards.
-
-    Raises:
-        InputError: Results of another sweep in the folder.
-    """
+    """Indices of the finished shards; results of another sweep in the folder are a fault."""
     found: set[int] = set()
     for shard in range(sweep.shards):
         place = shard_path(out, shard)

@@ -46,12 +46,9 @@ class _Reading:
 
 
 def read_mjcf(path: Path, tip: str | None = None) -> tuple[UrdfModel, Array]:
-    """The contents of an MJCF file, and its gravity [m/s^2]. If no body but a site has the name of the wanted tip, the
-    site is a link without mass.
+    """The contents of an MJCF file, and its gravity [m/s^2]; all parts that cannot be read as an arm are faults.
 
-    Raises:
-        InputError: All parts that cannot be read as an arm: ball joints, bodies whose inertia is given only by their
-            geoms, parts in other files.
+    If no body but a site has the name of the wanted tip, the site is a link without mass.
 
     Reference: MuJoCo, XML reference.
     """

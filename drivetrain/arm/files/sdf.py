@@ -28,11 +28,7 @@ KINDS = {
 def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
     """The contents of an SDF file with one model, and the gravity of its world [m/s^2] or None.
 
-    The frame of a link is moved to its joint.
-
-    Raises:
-        InputError: All parts that cannot be read as an arm: included or nested models, joints of other kinds, frames
-            that refer to nothing.
+    The frame of a link is moved to its joint; all parts that cannot be read as an arm are faults.
 
     Reference: SDFormat, http://sdformat.org/spec, and its document on pose frame semantics.
     """

@@ -274,17 +274,9 @@ def temperatures(joint: JointResult, study: Study) -> dict[str, tuple[float, flo
 def regions(
     joint: JointResult, task: JointTask, study: Study, at: tuple[float, float], supply: float
 ) -> tuple[Array, Array | None]:
-    """Corners (speed [rad/s], torque [N m]) of the intermittent and the continuous operating region.
+    """Corners (speed [rad/s], torque [N m]) of the intermittent and the continuous operating region, (N, 2) each.
 
-    Args:
-        joint: Result of the joint.
-        task: Its task.
-        study: The study.
-        at: Temperatures of winding and magnets [C].
-        supply: Supply voltage [V].
-
-    Returns:
-        Corners of both regions, (N, 2) each; the second is None if the data sheet lacks values.
+    ``at`` are the temperatures of winding and magnets [C]; the second is None if the data sheet lacks values.
     """
     motor = joint.drive.motor
     short = operating_region(motor, task.amplifier, supply, *at)

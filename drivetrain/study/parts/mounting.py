@@ -33,9 +33,6 @@ def loaded_arm(study: Study, drives: Mapping[str, Drive], payload_index: int) ->
     With ``drive_mass: replaced``, the mass of the contained drive is first removed at every joint, as a point mass (its
     own inertia is unknown and remains: a small excess on the safe side). ``added`` and ``replaced`` add each drive as
     solid cylinders; ``included`` changes no mass. The rotor behind its gear is added in all three cases.
-
-    Raises:
-        InputError: The study has no arm, or a link would have no mass left.
     """
     arm = emptied(study)
     rotors: list[Rotor | None] = [None] * arm.n
@@ -86,13 +83,10 @@ def mass_counts(study: Study, joint: int) -> bool:
 
 
 def drive_body(drive: Drive) -> tuple[float, float, float]:
-    """Motor and gear as solid cylinders with a common centre, without the rotor's inertia about its axis.
+    """Motor and gear as solid cylinders: mass [kg], inertia about the centre across and along the axis [kg m^2].
 
-    The rotor is a separate body, so its inertia would be counted twice. Dimensions that a data sheet does not give
+    The rotor is a separate body, so its inertia about the axis is left out. Dimensions that a data sheet does not give
     follow from DRIVE_DENSITY; if diameter and length are unknown, they are taken as equal.
-
-    Returns:
-        Mass [kg]; inertia about the centre, across the axis and along it [kg m^2].
     """
     motor, gear = drive.motor, drive.gear
     cylinders = [cylinder_inertia(part.mass, part.diameter, part.length) for part in (motor, gear)]
@@ -129,11 +123,8 @@ def seated_rotor(arm: Arm, joint: int, mount: Mount, ratio: float, inertia: floa
 def emptied(study: Study) -> Arm:
     """The study's arm without rotors and, with ``drive_mass: replaced``, without its contained drives; cached.
 
-    Rotors that an arm states belong to its own drives; the drives of the study have their own. Contained drives are
-    removed as point masses, so their inertia about their own centre remains in the links.
-
-    Raises:
-        InputError: The study has no arm, or links are lighter than the contained drives; all such joints are listed.
+    Rotors that an arm states belong to its own drives; the drives of the study have their own. All joints whose links
+    are lighter than the contained drive are faults.
     """
     arm = study.arm
     if arm is None:
@@ -259,11 +250,8 @@ TWO_AS_ONE = "two motors are computed as one of twice the size; currents and tor
 def two_as_one(study: Study, drives: Mapping[str, Drive]) -> tuple[Study, dict[str, Drive]]:
     """A study and its drives with the two motors of each axis replaced by one of twice the size.
 
-    This is exact if both are equal and take half of the load each: their currents add, at the voltage of one. A study
-    without such axes is returned unchanged.
-
-    Raises:
-        InputError: Two motors of an axis have a preload, so that their loads differ, or are not equal.
+    This is exact if both are equal and take half of the load each: their currents add, at the voltage of one. Motors
+    that differ or have a preload are faults.
     """
     pairs = motor_pairs(study)
     if not pairs:
