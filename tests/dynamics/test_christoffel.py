@@ -12,7 +12,6 @@ from drivetrain.arm.rotors import RotorLevel
 from drivetrain.dynamics.derivatives import christoffel_symbols, coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.errors import InputError
 
 KINDS = ("coaxial", "balanced", "unbalanced", "mixed")
 
@@ -75,20 +74,3 @@ def test_pairs_in_figure_8_2() -> None:
     wanted[0, 0, 1] = wanted[0, 1, 0] = wanted[0, 1, 1] = -1.0
     wanted[1, 0, 0] = 1.0
     np.testing.assert_allclose(christoffel_symbols(arm, [0.4, np.pi / 2]), wanted, atol=1e-15)
-
-
-def test_one_sample_a_batch_and_a_long_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    arm = geared(63, "mixed")
-    q, _, _ = motion(63, arm.n, 25)
-    whole = christoffel_symbols(arm, q)
-    assert whole.shape == (25, 6, 6, 6)
-    assert christoffel_symbols(arm, np.empty((0, 6))).shape == (0, 6, 6, 6)
-    np.testing.assert_allclose(christoffel_symbols(arm, q[3]), whole[3], rtol=1e-12, atol=1e-12)
-    monkeypatch.setattr("drivetrain.dynamics.derivatives.CHUNK", 10)
-    np.testing.assert_allclose(christoffel_symbols(arm, q), whole, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("q", [np.zeros(5), np.zeros((2, 7)), [np.nan] * 6, "here"])
-def test_wrong_input(q: object) -> None:
-    with pytest.raises(InputError, match="q"):
-        christoffel_symbols(random_arm(64), q)

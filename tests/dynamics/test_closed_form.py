@@ -18,7 +18,6 @@ from drivetrain.dynamics.book.closed_form import closed_form, closed_form_torque
 from drivetrain.dynamics.derivatives import coriolis_matrix
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics, velocity_torque
 from drivetrain.dynamics.mass import mass_matrix
-from drivetrain.errors import InputError
 from drivetrain.spatial.poses import adjoint, inverse_pose
 from drivetrain.spatial.wrenches import bracket
 
@@ -201,29 +200,6 @@ def test_geared_2r_of_the_book() -> None:
     c = np.cos(0.7)
     found = closed_form(load_arm("planar-2r"), [0.3, 0.7], [0.0, 0.0]).mass
     assert found == pytest.approx(np.array([[4.13125 + 2 * c, 1.0125 + c], [1.0125 + c, 1.125]]), abs=1e-13)
-
-
-def test_one_sample_many_samples_and_none() -> None:
-    arm = load_arm("puma560")
-    q, qd, qdd = motion(3, 6, 300)  # more than one chunk
-    many = closed_form(arm, q, qd)
-    for k in (0, 299):
-        one = closed_form(arm, q[k], qd[k])
-        for name in ("mass", "mass_rate", "velocity", "gravity", "tip_jacobian"):
-            assert getattr(one, name) == pytest.approx(getattr(many, name)[k], abs=1e-12)
-    assert closed_form(arm, q[:0], qd[:0]).mass.shape == (0, 6, 6)
-    assert closed_form_torque(arm, q[0], qd[0], qdd[0]).shape == (6,)
-    assert mass_matrix_rate(arm, q[0], qd[0]).shape == (6, 6)
-
-
-def test_bad_input_is_refused() -> None:
-    arm = load_arm("ur5")
-    with pytest.raises(InputError, match="qd"):
-        closed_form(arm, np.zeros(6), np.zeros(5))
-    with pytest.raises(InputError, match="finite"):
-        stacked(arm, np.full(6, np.nan))
-    with pytest.raises(InputError, match="tip_wrench"):
-        closed_form_torque(arm, *np.zeros((3, 4, 6)), tip_wrench=np.zeros((3, 6)))
 
 
 def test_levels_differ() -> None:

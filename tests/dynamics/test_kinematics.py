@@ -8,7 +8,6 @@ from random_arms import EVERY_JOINT, error, motion, random_arm
 from scipy.linalg import expm
 
 from drivetrain.arm.kinematics import body_jacobian, link_poses, space_jacobian, tip_pose
-from drivetrain.errors import InputError
 
 
 def bracket(twist: np.ndarray) -> np.ndarray:
@@ -40,26 +39,3 @@ def test_jacobians_are_rates_of_the_pose(joints: str) -> None:
         # Fourth-order differences with a step of 1e-4: 1e-11 of rounding, less of truncation.
         assert error(bracket(space_jacobian(arm, q)[k] @ qd[k]), rate[k] @ inverse[k]) < 1e-9
         assert error(bracket(body_jacobian(arm, q)[k] @ qd[k]), inverse[k] @ rate[k]) < 1e-9
-
-
-def test_whole_turns_change_nothing() -> None:
-    arm = random_arm(62)
-    q, _, _ = motion(62, 6)
-    # After 100 turns the rounding error of the angle is 600 rad times 1e-16.
-    assert error(tip_pose(arm, q + 200 * np.pi), tip_pose(arm, q)) < 1e-12
-
-
-def test_shapes_and_input_checks() -> None:
-    arm = random_arm(63)
-    q, _, _ = motion(63, 6, 3)
-    assert link_poses(arm, q).shape == (3, 6, 4, 4)
-    assert link_poses(arm, q[0]).shape == (6, 4, 4)
-    assert tip_pose(arm, q).shape == (3, 4, 4)
-    assert tip_pose(arm, q[0]).shape == (4, 4)
-    assert space_jacobian(arm, q).shape == body_jacobian(arm, q).shape == (3, 6, 6)
-    assert space_jacobian(arm, q[0]).shape == body_jacobian(arm, q[0]).shape == (6, 6)
-    for function in (link_poses, tip_pose, space_jacobian, body_jacobian):
-        with pytest.raises(InputError, match="q"):
-            function(arm, np.zeros(7))
-        with pytest.raises(InputError, match=r"q\[1\]"):
-            function(arm, [0, np.nan, 0, 0, 0, 0])

@@ -13,7 +13,6 @@ from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.energy import kinetic_energy, potential_energy, power_balance
 from drivetrain.dynamics.forward import forward_dynamics
 from drivetrain.dynamics.inverse import gravity_torque, inverse_dynamics
-from drivetrain.errors import InputError
 from drivetrain.spatial.poses import inverse_pose, log_pose, pose
 
 CASES = [(kind, level) for kind in ("coaxial", "balanced", "unbalanced", "mixed") for level in RotorLevel]
@@ -121,30 +120,3 @@ def test_a_falling_arm_keeps_its_energy() -> None:
     end = kinetic_energy(arm, state[:6], state[6:]), potential_energy(arm, state[:6])
     assert abs(end[0] - start[0]) > 0.1
     assert sum(end) == pytest.approx(sum(start), abs=1e-10)  # [J] error of RK4 with this step, and rounding
-
-
-def test_one_sample_and_a_batch() -> None:
-    arm = geared(74, "mixed")
-    q, qd, qdd = motion(74, arm.n, 3)
-    wrench = np.arange(6.0)
-    assert np.shape(kinetic_energy(arm, q[0], qd[0])) == np.shape(potential_energy(arm, q[0])) == ()
-    np.testing.assert_allclose(kinetic_energy(arm, q, qd)[1], kinetic_energy(arm, q[1], qd[1]), rtol=1e-13)
-    np.testing.assert_allclose(potential_energy(arm, q)[1], potential_energy(arm, q[1]), rtol=1e-13)
-    one = power_balance(arm, q[1], qd[1], qdd[1], tip_wrench=wrench)
-    many = power_balance(arm, q, qd, qdd, tip_wrench=wrench)
-    assert one.joints.shape == (6,) and np.shape(one.tip) == ()
-    for name in ("joints", "kinetic", "potential", "tip"):
-        np.testing.assert_allclose(getattr(one, name), getattr(many, name)[1], rtol=1e-12)
-
-
-def test_wrong_input() -> None:
-    arm = random_arm(75)
-    good, short = np.zeros((2, 6)), np.zeros((2, 5))
-    with pytest.raises(InputError, match="qd"):
-        kinetic_energy(arm, good, short)
-    with pytest.raises(InputError, match="q"):
-        potential_energy(arm, [np.inf] * 6)
-    with pytest.raises(InputError, match="qdd"):
-        power_balance(arm, good, good, np.zeros((3, 6)))
-    with pytest.raises(InputError, match="tip_wrench"):
-        power_balance(arm, good, good, good, tip_wrench=np.zeros((3, 6)))

@@ -40,13 +40,6 @@ def test_one_sample_is_that_of_the_batch(joints: str, kind: str | None, pressed:
         assert error(dt.coriolis_matrix(arm, q[k], qd[k]), dt.coriolis_matrix(arm, q, qd)[k]) < TOLERANCE
 
 
-def test_far_angles() -> None:
-    arm = arm_of("mixed")
-    q, qd, qdd = motion(5, arm.n, 2)
-    q[0] = 2e6 + q[0]
-    assert error(dt.inverse_dynamics(arm, q[0], qd[0], qdd[0]), dt.inverse_dynamics(arm, q, qd, qdd)[0]) < 1e-8
-
-
 CALLS = {"inverse_dynamics": 3, "forward_dynamics": 3, "coriolis_matrix": 2, "closed_form": 2}
 
 

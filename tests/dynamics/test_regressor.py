@@ -13,7 +13,6 @@ from drivetrain.arm.geared import at_level, with_rotors
 from drivetrain.arm.rotors import Rotor, RotorLevel
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import parameter_names, torque_parameters, torque_regressor
-from drivetrain.errors import InputError
 
 
 @pytest.mark.parametrize("level", RotorLevel)
@@ -71,11 +70,3 @@ def test_friction_columns() -> None:
     assert parameter_names(arm, friction=True)[20:] == [
         "joint_1.viscous [N m s/rad]", "joint_2.viscous [N s/m]", "joint_1.coulomb [N m]", "joint_2.coulomb [N]"
     ]  # fmt: skip
-
-
-def test_no_samples_and_wrong_ones() -> None:
-    arm = random_arm(45)
-    nothing = np.empty((0, 6))
-    assert torque_regressor(arm, nothing, nothing, nothing).shape == (0, 6, 60)
-    with pytest.raises(InputError, match="qdd"):
-        torque_regressor(arm, np.zeros(6), np.zeros(6), np.zeros(5))

@@ -8,7 +8,6 @@ from random_arms import EVERY_JOINT, error, motion, random_arm
 
 from drivetrain.arm.kinematics import body_jacobian, skeleton, tip_acceleration_terms, tip_jacobian, tip_pose
 from drivetrain.dynamics.book.planar_2r import Planar2R, planar_2r_arm
-from drivetrain.errors import InputError
 
 
 def test_jacobian_is_the_body_jacobian_turned() -> None:
@@ -76,18 +75,3 @@ def test_skeleton() -> None:
     np.testing.assert_allclose(skeleton(wild, q)[:, -1], tip_pose(wild, q)[:, :3, 3], atol=1e-15)
     # The first joint's point is on its own axis, so for a revolute joint it does not move.
     np.testing.assert_allclose(skeleton(wild, q)[:, 0], np.tile(wild.joint_points[0], (3, 1)), atol=1e-14)
-
-
-def test_one_sample_and_wrong_input() -> None:
-    arm = random_arm(94)
-    q, qd, _ = motion(94, 6, 3)
-    np.testing.assert_allclose(tip_jacobian(arm, q[1]), tip_jacobian(arm, q)[1], rtol=1e-13, atol=1e-15)
-    np.testing.assert_allclose(
-        tip_acceleration_terms(arm, q[1], qd[1]), tip_acceleration_terms(arm, q, qd)[1], rtol=1e-12, atol=1e-13
-    )
-    np.testing.assert_allclose(skeleton(arm, q[1]), skeleton(arm, q)[1], rtol=1e-13, atol=1e-15)
-    for function in (tip_jacobian, skeleton):
-        with pytest.raises(InputError, match="q"):
-            function(arm, np.zeros(4))
-    with pytest.raises(InputError, match="qd"):
-        tip_acceleration_terms(arm, q, qd[:2])
