@@ -1,4 +1,4 @@
-"""Mass matrix, Coriolis matrix and gravity: shapes, checks of input, and values computed by hand."""
+"""Mass matrix, Coriolis matrix and gravity: values computed by hand, and laws they obey."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of single axes by formulas written out here: a few samples each, so that they are quick as plain Python."""
+"""Figures of single axes where one thing decides, by formulas written out here; test_random_axes.py has them all."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from one_axis import AMBIENT, COPPER, FRICTIONS, PEAK, axis, constant, rates, resistance, rubbed
+from one_axis import AMBIENT, COPPER, PEAK, axis, constant, rates, resistance
 from scipy.optimize import brentq
 
 from drivetrain.drive.amplifier import Amplifier
@@ -59,25 +59,6 @@ def test_speeds_of_a_gear_whichever_way_it_turns(make, ratio):
     assert op.figures.mean_input_speed == pytest.approx(50.0 * mean, rel=1e-12)
 
 
-def test_what_a_cold_start_asks(make):
-    motor = replace(make.motor, magnet_coefficient=-0.002)
-    gear = make.gear
-    op = axis(make, motor, gear, cold_start=-15.0)
-    cold = constant(motor, -15.0)
-    # A planetary gear has no drag that grows in the cold, so the torque is that of the cycle.
-    assert op.figures.cold_torque == pytest.approx(op.figures.motor_torque, rel=1e-12)
-    assert op.figures.cold_current == pytest.approx(op.figures.cold_torque / cold, rel=1e-12)
-    still = resistance(motor, -15.0) * op.figures.cold_current * PEAK
-    assert op.figures.cold_voltage >= still * (1.0 - 1e-12)
-    sticking = Friction(coulomb=1.0, static=4.0)
-    slow = axis(
-        make, motor, gear, cold_start=-15.0, task={"friction": sticking},
-        cycle=make.table_cycle(np.array([0.0, 1.0, 2.0]), np.full(3, 8.0), np.array([0, 1e-6, 0]), np.zeros(3)),
-    )  # fmt: skip
-    still = resistance(motor, -15.0) * slow.figures.cold_current * PEAK
-    assert slow.figures.cold_voltage == pytest.approx(still, rel=1e-4)  # back-EMF of 50 urad/s
-
-
 @pytest.mark.parametrize(("cold", "ratio"), [(None, 50.0), (-15.0, -50.0)])
 def test_a_blocked_output(make, cold, ratio):
     """Energy of the rotor at its highest speed goes into the gear's spring, and the motor pushes on at its current."""
@@ -92,26 +73,6 @@ def test_a_blocked_output(make, cold, ratio):
     push = 50.0 * (motor.torque_constant if cold is None else constant(motor, cold)) * 12.0
     x = brentq(lambda x: 0.5 * stiff * x * x - energy - push * x, 0.0, 1.0)
     assert op.figures.jam_torque == pytest.approx(stiff * x, rel=1e-9)
-
-
-@pytest.mark.parametrize("ratio", [50.0, -50.0])
-def test_a_stop_at_the_current_limit_of_a_lossless_gear(make, ratio):
-    """All torques stay as they are but the motor's: way, and what holds the load, at every sample."""
-    motor = replace(make.motor, magnet_coefficient=-0.002)
-    gear = replace(make.gear, ratio=ratio, efficiency=1.0)
-    time = np.linspace(0.0, 1.2, 25)
-    speed, acceleration, load = 3.0 * np.sin(4.0 * time), 12.0 * np.cos(4.0 * time), 0.3
-    static = 5.0 * np.cos(2.0 * time)
-    cycle = make.table_cycle(time, static + load * acceleration, speed, acceleration)
-    amplifier = Amplifier(peak_current=20.0, continuous_current=10.0)
-    op = axis(make, motor, gear, cycle, {"amplifier": amplifier, "stop": Stop(), "load_inertia": load})
-    assert op.figures.stop_motor_torque == pytest.approx(np.abs(static).max() / 50.0, rel=1e-9)
-    whole = load + 50.0**2 * (motor.rotor_inertia + gear.inertia)
-    way = np.sign(speed)
-    # Static is what the motor gives: a load that it lifts stops by itself. The magnets of the sheet brake least.
-    slowing = (50.0 * motor.torque_constant * 20.0 + way * static) / whole
-    moving = way != 0.0
-    assert op.figures.stop_travel == pytest.approx((0.5 * speed[moving] ** 2 / slowing[moving]).max(), rel=1e-9)
 
 
 def test_friction_that_no_sheet_states(make):
@@ -193,33 +154,6 @@ def test_a_limit_that_holds_only_without_what_no_sheet_states(make, times):
 
 
 @pytest.mark.parametrize("ratio", [50.0, -50.0])
-def test_the_torque_of_a_lossy_drive_that_moves(make, ratio):
-    """Friction of the joint before the mesh, that of the shaft behind it; a driven mesh loses 1/eta - 1 of its load."""
-    joint, shaft = FRICTIONS
-    gear, motor = replace(make.gear, ratio=ratio), replace(make.motor, magnet_coefficient=-0.002)
-    op = axis(make, motor, gear, task={"friction": joint, "motor_friction": shaft})
-    demand, moving = op.demand, op.demand.speed != 0.0
-    load, turn = demand.gear_torque + rubbed(joint, demand.speed), ratio * demand.speed
-    mesh = np.where(load * demand.speed > 0.0, load / 0.8, load * (2.0 - 1.0 / 0.8)) / ratio
-    inertia = (motor.rotor_inertia + gear.inertia) * ratio * demand.acceleration
-    wanted = mesh + inertia + rubbed(shaft, turn)
-    np.testing.assert_allclose(op.motor_torque[moving], wanted[moving], rtol=1e-9, atol=1e-12)
-    assert op.figures.joint_torque == pytest.approx(np.abs(load[moving]).max(), rel=1e-9)
-    # Energy drawn: both terms of the voltage times the current, a sample for half of the time to its neighbours.
-    k, ohms = constant(motor, op.figures.magnet_temperature), resistance(motor, op.winding_temperature)
-    power = op.motor_torque * turn + ohms * (op.motor_torque / k) ** 2
-    assert op.figures.energy == pytest.approx(demand.weights @ power, rel=1e-9)
-    assert op.figures.mean_power == pytest.approx(np.trapezoid(power, demand.time) / demand.time[-1], rel=1e-9)
-    # What the supply may get back at most: a lossless mesh and a cold winding.
-    free = demand.gear_torque + rubbed(joint, demand.speed)
-    free = free / ratio + inertia
-    cold = free * turn + resistance(motor, AMBIENT) * (free / constant(motor, AMBIENT)) ** 2
-    assert np.all(op.judgement.power[1][moving] <= cold[moving] + 1e-12)
-    backwards = moving & (cold < power) & (load * demand.speed < 0.0)
-    assert backwards.any()
-
-
-@pytest.mark.parametrize("ratio", [50.0, -50.0])
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_the_start_of_a_motion_with_more_friction_than_one_against_the_load(make, ratio, way):
     """A light load of 2 N m helps a joint that sticks with 11 N m where it starts, with 1 N m the other way."""
@@ -235,55 +169,6 @@ def test_the_start_of_a_motion_with_more_friction_than_one_against_the_load(make
     assert op.figures.motor_torque == pytest.approx((11.0 - 2.0) / 0.8 / 50.0 + 0.04 + 0.003, rel=1e-12)
     loosening = np.abs(op.demand.loosening_torque)
     assert loosening.max() == pytest.approx(9.0, rel=1e-12) and time[loosening.argmax()] == 1.0
-
-
-def test_rms_and_mean_of_squares(make):
-    op = axis(make, safety=Safety(rms=1.2))
-    torque, time = op.motor_torque, op.demand.time
-    square = np.trapezoid(torque**2, time) / time[-1]
-    assert op.figures.rms_torque == pytest.approx(math.sqrt(square), rel=1e-12)
-    k = constant(make.motor, op.figures.magnet_temperature)
-    assert op.figures.rms_current == pytest.approx(math.sqrt(square) / k, rel=1e-12)
-    gear, way = np.abs(op.demand.gear_torque), np.abs(op.demand.speed) * op.demand.weights
-    mean = (way @ gear**3 / way.sum()) ** (1.0 / 3.0)  # bearings inside: exponent 3, balls
-    assert op.figures.average_load_torque == pytest.approx(mean, rel=1e-9)
-
-
-@pytest.mark.parametrize(("motor", "amplifier"), [(30.0, 40.0), (50.0, 40.0), (None, 40.0), (30.0, None)])
-def test_the_peak_current_is_the_smaller_of_those_known(make, motor, amplifier):
-    op = axis(
-        make, replace(make.motor, peak_current=motor),
-        task={"amplifier": Amplifier(peak_current=amplifier, continuous_current=10.0), "stop": Stop(ramp=0.5)},
-    )  # fmt: skip
-    known = [one for one in (motor, amplifier) if one is not None]
-    assert op.judgement.case.limits.peak_current == min(known)
-
-
-def test_losses_and_temperatures_of_a_slow_winding(make):
-    """Means over the cycle, as a winding of hours does not follow it; a planetary gear loses in its mesh alone."""
-    motor = replace(make.motor, magnet_coefficient=-0.002, winding_time_constant=2e4, housing_time_constant=8e5)
-    shaft = FRICTIONS[1]
-    op = axis(make, motor, task={"motor_friction": shaft, "gear_heat": 0.6})
-    demand, duration = op.demand, op.demand.time[-1]
-    load, turn = demand.gear_torque, 50.0 * demand.speed
-    mesh = np.where(load * demand.speed > 0.0, load * (1.0 / 0.8 - 1.0), load * (1.0 - 1.0 / 0.8)) * demand.speed
-    lost = np.trapezoid(mesh, demand.time) / duration
-    assert op.figures.gear_loss == pytest.approx(lost, rel=1e-9)
-    friction = np.trapezoid(rubbed(shaft, turn) * turn, demand.time) / duration
-    torque, step = op.motor_torque, np.diff(demand.time)
-    # The current runs straight between samples.
-    square = step @ (torque[:-1] ** 2 + torque[:-1] * torque[1:] + torque[1:] ** 2) / 3.0 / duration
-    inner, outer = motor.resistance_winding_housing, motor.resistance_housing_ambient
-
-    def housing(winding, magnets):
-        copper = square * resistance(motor, winding) / constant(motor, magnets) ** 2
-        return copper, AMBIENT + outer * (copper + friction + 0.6 * lost)
-
-    magnets = op.figures.magnet_temperature
-    copper, warm = housing(op.figures.winding_temperature, magnets)
-    assert op.figures.housing_temperature == pytest.approx(warm, abs=1e-2)
-    assert op.figures.winding_temperature == pytest.approx(warm + inner * copper, abs=1e-2)  # ripple: 1.2 s of 2e4 s
-    assert op.figures.winding_temperature > AMBIENT + 5.0
 
 
 @pytest.mark.parametrize(("share", "stated"), [(0.0, 35.0), (1.0, 35.0), (1.0, 300.0)])
