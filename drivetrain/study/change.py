@@ -109,14 +109,16 @@ def scales(payloads: Collection[str], name: str) -> bool:
 
 def _pressing(force: ProcessForce, factor: float) -> ProcessForce:
     """A force with all its parts multiplied by a factor."""
-    table = None if force.table is None else np.column_stack([force.table[:, 0], force.table[:, 1:] * factor])
+
+    def scaled(vector: tuple[float, float, float]) -> tuple[float, float, float]:
+        x, y, z = vector
+        return factor * x, factor * y, factor * z
+
+    table = None if force.table is None else np.column_stack([force.table[:, 0], factor * force.table[:, 1:]])
     return replace(
-        force,
-        force=tuple(factor * value for value in force.force),
-        moment=tuple(factor * value for value in force.moment),
-        along_motion=factor * force.along_motion,
+        force, force=scaled(force.force), moment=scaled(force.moment), along_motion=factor * force.along_motion,
         table=table,
-    )
+    )  # fmt: skip
 
 
 def _forced(cycle: Cycle, factor: float) -> Cycle:
