@@ -40,7 +40,7 @@ class NotAUnitError(ValueError):
 _SIGNS = {"−": "-", "–": "-", "μ": "u", "µ": "u", "°C": "degC", "°F": "degF", "°": "deg", "Ω": "ohm", "%": "percent",
           "‰": "per_mille", "·": "*", "⋅": "*", "•": "*", "∙": "*", "×": "*", "**": "^"}  # fmt: skip
 _RPM = re.compile(
-    r"(?<![\w/])(?:1|r)\s*/\s*min\b|(?<=/)1\s*/\s*min\b|^\s*/\s*min\b|\bmin\s*\^?\s*(?:-1\b|\(-1\))|\brpm\b", re.I
+    r"(?<![\w/])(?:1|r|u|tr)\s*/\s*min\b|(?<=/)1\s*/\s*min\b|^\s*/\s*min\b|\bmin\s*\^?\s*(?:-1\b|\(-1\))|\brpm\b", re.I
 )
 _KILO_RPM = re.compile(r"(?<![\w.])1000\s*(?:rpm\b|/\s*min\b)|\bkrpm\b", re.I)
 _CONVENTION = re.compile(r"([mk]?[AV])_?(rms|eff|pk|peak|ac|dc|pp)", re.I)

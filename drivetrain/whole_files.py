@@ -26,15 +26,16 @@ LIST, PART = ".drivetrain-files.json", ".part"
 LARGEST_TEXT = 256 << 20  # bytes; for comparison, a day of six joints at 100 Hz is 0.5 GB as text
 
 
-def read_text(path: Path, *, older: bool = False) -> str:
+def read_text(path: Path, *, older: bool = False, decimal: str = ".") -> str:
     """The UTF-8 text of a file given by a user, with control characters escaped; an Excel sheet is read as CSV.
 
-    ``older``: accept UTF-16 and Windows encodings too, as older programs write them.
+    ``older``: accept UTF-16 and Windows encodings too, as older programs write them. ``decimal``: the sign with which
+    the numbers of an Excel sheet are written, as they have none of their own.
     """
     try:
         book = path.parent if is_workbook(path.parent) else path  # path of the workbook, or of a sheet in it
         if is_workbook(book):
-            return plain(_sheet_text(book, "" if book is path else path.stem))
+            return plain(_sheet_text(book, "" if book is path else path.stem, decimal))
         content = read_bytes(path)
         return plain(_decoded(content) if older else io.TextIOWrapper(io.BytesIO(content), "utf-8-sig").read())
     except InputError:
@@ -92,7 +93,7 @@ def _plain_name(sheet: str) -> str:
     return sheet.strip().lower()
 
 
-def _sheet_text(path: Path, name: str) -> str:
+def _sheet_text(path: Path, name: str, decimal: str) -> str:
     """A sheet as CSV text; without a name the first one."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
@@ -100,13 +101,15 @@ def _sheet_text(path: Path, name: str) -> str:
         names = {_plain_name(one): one for one in reversed(book.sheetnames)}
         sheet = book[names[_plain_name(name)] if name else book.sheetnames[0]]
         for row in sheet.iter_rows(values_only=True):
-            lines.writerow(["" if cell is None else _cell(cell) for cell in row])
+            lines.writerow(["" if cell is None else _cell(cell, decimal) for cell in row])
     return text.getvalue()
 
 
-def _cell(value: object) -> str:
+def _cell(value: object, decimal: str) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, float):
+        return str(value).replace(".", decimal)
     return " ".join(str(value).split())
 
 

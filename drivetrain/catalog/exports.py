@@ -25,6 +25,7 @@ NAMES = ("motors", "gears", "brakes", "amplifiers")
 NO_UNIT = "says no unit"  # said once a column
 SILENT = ("", "-", "–", "—", "n/a", "na", "nan")  # cells without a value
 _NUMBER = re.compile(r"([+\-−]?\d[\d.,'’\u00a0\u202f ]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(?![\d.])")  # separated by points, beside decimal commas
 _UNIT = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|,\s*([^,]*)|\bin\s+(\S+))\s*:?\s*", re.DOTALL)
 
 # Headings that manufacturers use for our columns, in lower case: those of maxon, FAULHABER and Harmonic Drive on their
@@ -187,13 +188,13 @@ def import_export(
     target = Path(out) / name
     if target.exists() and not overwrite:
         raise InputError(Fault(str(out), f"already holds {name}", hint="choose another folder or overwrite"))
-    grid = _grid(path)
+    grid = _grid(path, given.decimal)
+    if not given.columns and _has_decimal_commas(grid):
+        given, grid = replace(given, decimal=","), _grid(path, ",")
     first_column = [cell for row in grid for cell in row[:1]]
     sideways = not given.columns and _known(first_column) > max(map(_known, grid), default=0)
     if given.transposed or sideways:
         given, grid = replace(given, transposed=True), [list(column) for column in zip_longest(*grid, fillvalue="")]
-    if not given.columns and _has_decimal_commas(grid):
-        given = replace(given, decimal=",")
     places, columns = _places(given, grid, path), by_name(TABLES[name])
     top = max((row for row, _, _ in places.values()), default=0)
     first = next((row for row in range(top + 1, len(grid)) if any(cell.strip() for cell in grid[row])), len(grid))
@@ -229,9 +230,9 @@ def import_export(
     return Imported(target, len(records), tuple(refused), unused)
 
 
-def _grid(path: Path) -> list[list[str]]:
-    """The cells of a file with separators comma, semicolon or tab, in UTF-8 or an older encoding."""
-    text = read_text(path, older=True)
+def _grid(path: Path, decimal: str) -> list[list[str]]:
+    """The cells of a workbook, or of a file with separators comma, semicolon or tab, in UTF-8 or an older encoding."""
+    text = read_text(path, older=True, decimal=decimal)
     lines = text.splitlines()
     counts = {mark: sum(line.count(mark) for line in lines) for mark in ("\t", ";", ",")}
     mark = next((one for one in ("\t", ";") if counts[one] >= max(1, len(lines) // 2)), ",")
@@ -256,7 +257,7 @@ def _has_decimal_commas(grid: Sequence[Sequence[str]]) -> bool:
     cells = [cell.strip() for row in grid for cell in row]
     commas, points = (
         any(re.match(rf"[+-]?\d+{mark}\d", cell) and not re.match(thousands, cell) for cell in cells)
-        for mark, thousands in ((",", r"[+-]?\d{1,3}(,\d{3})+\b"), (r"\.", r"[+-]?[1-9]\d{0,2}(\.\d{3})+(?![\d.])"))
+        for mark, thousands in ((",", r"[+-]?\d{1,3}(,\d{3})+\b"), (r"\.", _THOUSANDS))
     )
     return commas and not points
 
@@ -317,8 +318,8 @@ def _cell(text: str, column: Column, given: ExportMap, heading: str, line: int) 
     number = None if match is None else _number(match[1], given.decimal)
     place = f"{'column' if given.transposed else 'row'} {line}, {heading}"
     if match is None or number is None:
-        hint = "decimal: ',' in the map" if given.decimal == "." and "," in text else ""
-        raise InputError(Fault(place, "must be a number", text, hint))
+        other = next((sign for sign in ".," if sign in text and sign != given.decimal), "")
+        raise InputError(Fault(place, "must be a number", text, f"decimal: {other!r} in the map" if other else ""))
     own, ends = match[2].strip(), _UNIT.fullmatch(heading)
     units = [stated.unit, own, *(ends.groups()[1:] if ends else ())]
     if column.name == "ratio":
@@ -328,7 +329,14 @@ def _cell(text: str, column: Column, given: ExportMap, heading: str, line: int) 
         hint = f"columns: {{{column.name}: {{heading: {heading}, unit: {column.unit}}}}}"
         raise InputError(Fault(place, NO_UNIT, text, hint))
     value = number * stated.times
-    value = float(to_si(value, unit, place if own else heading, unit=column.unit)) if column.unit else value
+    if column.unit:
+        try:
+            value = float(to_si(value, unit, place if own else heading, unit=column.unit))
+        except InputError as error:
+            entry = f"{{heading: {ends[1] if ends else heading}, unit: {column.unit}, times: 1}}"
+            told = f"in a map, times being a factor: columns: {{{column.name}: {entry}}}"
+            faults = [replace(one, hint=f"{one.hint}; {told}" if one.hint else told) for one in error.faults]
+            raise InputError(faults) from None
     return f"{value:.12g}"
 
 
@@ -336,6 +344,8 @@ def _number(text: str, decimal: str) -> float | None:
     """The number in a text with thousands separators and the given decimal sign; None if it is not a number."""
     text = re.sub(r"['’\u00a0\u202f ]", "", text).replace("−", "-")
     if decimal == ",":
+        if "." in text and not _THOUSANDS.match(text):
+            return None  # 9.5 is not 95
         text = text.replace(".", "").replace(",", ".")
     elif re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?", text) and text.count(",") + text.count(".") > 1:
         text = text.replace(",", "")

@@ -6,6 +6,7 @@ import math
 import re
 from typing import Any
 
+import openpyxl
 import pytest
 
 from drivetrain.catalog.exports import ExportMap, import_export, read_map
@@ -64,6 +65,44 @@ def test_decimal_commas_are_found_without_a_map(tmp_path):
     (tmp_path / "maker.csv").write_text(head + units + row.format(1, "2,5", "."), encoding="utf-8")
     with pytest.raises(InputError, match="must be a number"):
         import_export(tmp_path / "maker.csv", tmp_path / "c", ExportMap("motors", {}, {"kind": "brushed"}), basis="dc")
+
+
+def test_numbers_of_a_workbook_have_no_decimal_sign(tmp_path):
+    """A workbook with some numbers typed as text with commas: the others stay what they are, 9.5 and not 95."""
+    book = openpyxl.Workbook()
+    for row in (
+        ["Typ", "kt [mNm/A]", "R [mOhm]", "J [gcm²]", "n max [U/min]", "m [kg]"],
+        ["A", 9.5, 350, "1.250,5", 5000, "2,25"],
+        ["B", 12.125, 0.31, 80.5, 4500.0, 1.5],
+    ):
+        book.active.append(row)
+    book.save(tmp_path / "maker.xlsx")
+    names = {"key": "Typ", "torque_constant": "kt [mNm/A]", "resistance": "R [mOhm]", "rotor_inertia": "J [gcm²]",
+             "max_speed": "n max [U/min]", "mass": "m [kg]"}  # fmt: skip
+    given = ExportMap("motors", names, {"kind": "brushed"}, decimal=",")
+    import_export(tmp_path / "maker.xlsx", tmp_path / "out", given, basis="dc")
+    first, second = read_catalog(tmp_path / "out").motors.values()
+    assert (first.torque_constant, first.resistance, first.rotor_inertia, first.mass) == pytest.approx(
+        (9.5e-3, 0.35, 1250.5e-7, 2.25)
+    )
+    assert (second.torque_constant, second.resistance, second.rotor_inertia, second.mass) == pytest.approx(
+        (12.125e-3, 0.31e-3, 80.5e-7, 1.5)
+    )
+    assert (first.max_speed, second.max_speed) == pytest.approx((5000 * math.pi / 30, 4500 * math.pi / 30))
+
+
+def test_a_decimal_point_beside_decimal_commas_is_a_fault(tmp_path):
+    """Points separate thousands there, in groups of three digits; a unit that is unknown says how a map states it."""
+    path, names = tmp_path / "maker.csv", {"key": "Typ", "mass": "m", "ratio": "i", "inertia": "J"}
+    given = ExportMap("gears", names, {"kind": "spur"}, decimal=",")
+    path.write_text("Typ;m;i;J\nA;1.300 g;9.5;3 gcm²\nB;0.031 kg;1,5;3 gcm³\n", "utf-8")
+    with pytest.raises(InputError) as error:
+        import_export(path, tmp_path / "out", given)
+    assert [(fault.place, fault.value) for fault in error.value.faults] == [
+        ("row 2, i", "9.5"), ("row 3, m", "0.031 kg"), ("row 3, J", "gcm³"),
+    ]  # fmt: skip
+    assert "decimal: '.' in the map" in error.value.faults[0].hint
+    assert "columns: {inertia: {heading: J, unit: kg m^2, times: 1}}" in error.value.faults[2].hint
 
 
 def test_a_page_of_a_maker(tmp_path, motors):
