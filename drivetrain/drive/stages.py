@@ -84,7 +84,8 @@ class Stage:
         tooth_force: Largest force per belt tooth [N].
         torque_limit: Largest output torque [N m].
         speed_limit: Largest input speed [rad/s].
-        inertia: Inertia at the input [kg m^2]; None for a screw: that of a steel rod.
+        inertia: Inertia at the input [kg m^2]; None for a screw: that of a steel rod with the mean of root and pitch
+            diameter, as the thread fills about half of the ring between them, or with the only one that is stated.
         stiffness: Torsional stiffness at the output with the input held [N m/rad].
         axial_stiffness: Stiffness of screw, rack or belt along the slide [N/m]; None for a screw: that of a steel rod
             fixed at one end.
@@ -204,9 +205,9 @@ class Stage:
     @property
     def input_inertia(self) -> float:
         """Inertia at the input [kg m^2]."""
-        if self.inertia is None and self.rod is not None:
-            length, diameter = self.rod
-            return math.pi / 32.0 * STEEL_DENSITY * length * diameter**4
+        diameters = [one for one in (self.root_diameter, self.diameter) if one is not None]
+        if self.inertia is None and self.type == "screw" and self.length is not None and diameters:
+            return math.pi / 32.0 * STEEL_DENSITY * self.length * (sum(diameters) / len(diameters)) ** 4
         return self.inertia or 0.0
 
     @property

@@ -154,7 +154,8 @@ class Drive:
         brake, screw, share = self.brake, k == 2, SHARE[k]
         self.kt, self.ohms, self.travel = motor["torque_constant"], motor["resistance"], SCREW["lead"] if screw else 1.0
         self.ratio, self.shaft = gear.get("ratio", 1.0), motor["rotor_inertia"] + brake.get("inertia", 0.0)
-        rod = math.pi / 32.0 * 7850.0 * SCREW["length"] * SCREW["root_diameter"] ** 4 if screw else 0.0
+        across = 0.5 * (SCREW["diameter"] + SCREW["root_diameter"])
+        rod = math.pi / 32.0 * 7850.0 * SCREW["length"] * across**4 if screw else 0.0
         self.inertia, self.rod = self.shaft + gear.get("inertia", 0.0) + rod, rod
         eta = SCREW["efficiency"] if screw else gear["mesh_efficiency"]
         self.driving, self.driven = (1.0 + share) / eta, (1.0 - share) * (2.0 - 1.0 / eta)
