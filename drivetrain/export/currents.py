@@ -88,6 +88,8 @@ def current_scales(
     for name, joint in evaluation.joints.items():
         used = basis or str(joint.amplifier.current_basis)
         used = TORQUE if scale == "cia402" and used == CurrentBasis.DC else used
+        if joint.drive.motor.kind == "brushed" and used != TORQUE:
+            used = str(CurrentBasis.DC)  # of a direct current, RMS value and amplitude are the current itself
         found[name] = unknown.attempt(_scale, joint, scale, used, given.get(name))
     unknown.raise_any()
     return {name: one for name, one in found.items() if one is not None}

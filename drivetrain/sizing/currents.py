@@ -113,8 +113,10 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
         "time [s]": series.time,
         "joint": joint.name,
         "current [A]": series.current,
-        "phase current RMS [A]": from_dc(series.current, CurrentBasis.RMS),
-        "phase current peak [A]": from_dc(series.current, CurrentBasis.PEAK),
+        **{
+            f"phase current {words} [A]": from_dc(series.current, CurrentBasis.DC if motor.kind == "brushed" else basis)
+            for words, basis in (("RMS", CurrentBasis.RMS), ("peak", CurrentBasis.PEAK))
+        },
         "gear torque current [A]": series.gear_torque / joint.drive.gear.ratio / constant,
         "rotor inertia current [A]": series.rotor_torque / constant,
         "friction current [A]": series.friction_torque / constant,

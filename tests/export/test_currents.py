@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 import shutil
 import subprocess
@@ -151,6 +152,22 @@ def test_the_default_basis_is_that_of_the_study(make_one, make, ur5) -> None:
     assert "torque constant" in current_scales(make_one, "cia402")["j1"].base
     rated = 1e3 * make.motor.torque_constant * make.motor.nominal_current
     assert f"0x6076 = {rated:.9g} mN m" in current_scales(make_one, "cia402")["j1"].base
+
+
+@pytest.mark.parametrize("basis", ["rms", "peak"])
+def test_a_brushed_motor_carries_direct_current(make, make_one, basis: str) -> None:
+    """Of which RMS value and amplitude are the current itself, unlike that of the same motor with three phases."""
+    catalog = replace(make_one.study.catalog, motors={"m1": replace(make.motor, kind="brushed")})
+    found = evaluate(replace(make_one.study, catalog=catalog))
+    assert current_scales(found, "amperes", basis=basis)["j1"].amperes == 1.0
+    assert current_scales(make_one, "amperes", basis=basis)["j1"].amperes == pytest.approx(
+        {"rms": math.sqrt(1.5), "peak": math.sqrt(0.75)}[basis]
+    )
+    assert "0x6075 = 6000 mA dc" in current_scales(found, "cia402", basis=basis)["j1"].base
+    assert current_scales(found, "cia402", basis=basis, full_scale=4.0)["j1"].amperes == pytest.approx(4e-3)
+    table = current_commands(found)
+    np.testing.assert_array_equal(table["phase current RMS [A]"], table["current [A]"])
+    np.testing.assert_array_equal(table["phase current peak [A]"], table["current [A]"])
 
 
 def test_the_head_names_study_hold_and_rate(ur5, tmp_path: Path) -> None:
