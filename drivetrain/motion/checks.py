@@ -245,8 +245,8 @@ def limit_notes(
             worst = int(beyond[:, joint].argmax())
             unit, factor = shown_unit(slides, int(joint))
             value, bound = factor * float(motion.position[worst, joint]), factor * float(limit[joint])
-            problem = f"goes {side} {bound:.6g} at t = {motion.time[worst]:.4g} s [{unit}]"
-            faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, value))
+            problem = f"goes {side} of {bound:.6g} {unit} at t = {motion.time[worst]:.4g} s"
+            faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, float(f"{value:.6g}")))
     speed = np.abs(motion.velocity)
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
         worst, (unit, factor) = int(speed[:, joint].argmax()), shown_unit(slides, int(joint))

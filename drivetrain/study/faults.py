@@ -28,6 +28,7 @@ _ROUNDS = 20  # each round cuts out at least one entry; faults hidden behind oth
 _SHEETS: dict[str, type[BaseModel]] = {"motors": MotorRow, "gears": GearRow}
 _SYMBOLS = {"kt": "torque_constant", "r": "resistance", "l": "inductance", "j": "rotor_inertia", "m": "mass",
             "eta": "efficiency", "i": "ratio", "n": "ratio"}  # fmt: skip
+INERTIA = "{xx: 8e-3 kg m^2, yy: 8e-3 kg m^2, zz: 6e-3 kg m^2}, about the centre of mass; also xy, xz, yz"
 _WORDS = {
     "dict_type": "must be a mapping of names to values",
     "model_type": "must be a mapping of names to values",
@@ -99,7 +100,8 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
         hint = hint if hint.startswith("did you mean") else ""  # the problem already lists all of them
         return [(place, document.fault(place, f"must be {context['expected']}", _shown(found), hint))]
     words = _WORDS.get(kind, details["msg"][:1].lower() + details["msg"][1:])
-    return [(place, document.fault(place, words, _shown(found)))]
+    hint = INERTIA if kind.startswith("model") and place[-1:] == ("inertia",) else ""
+    return [(place, document.fault(place, words, _shown(found), hint))]
 
 
 def _meant(name: str, known: Iterable[str]) -> str:

@@ -27,12 +27,13 @@ from drivetrain.study.schema import DEFAULT, MotionForm, StudyForm
 from drivetrain.units import quantity
 
 # Density of the ellipsoid of a payload's mass and inertia [kg/m^3]. Inertias are often guessed, so that metals reach
-# 1e6 and frames 1; grams given as kilograms beside a right inertia change it 3e7-fold.
-DENSEST, LIGHTEST = 1e8, 1e-3
+# 1e6 and frames 1; a mass or an inertia 1000 times too large or too small changes it at least 3e4-fold.
+DENSEST, LIGHTEST = 1e7, 0.3
 CARRIED = 20.0  # payload mass over the mass of all links: robots carry about their own mass at most
 TRAVELLED = 50.0  # [m] travel of a prismatic joint, longer than any gantry
 AMBIENT = (-90.0, 150.0)  # [C] from the coldest place on earth to the hottest ambient of motors
 VOLTAGE = (2.0, 2000.0)  # [V] supplies of motors
+GRAVITY = 30.0  # [m/s^2] above that of any planet
 SPEED = 50.0  # [rad/s] joint speed; joints of arms stay below 30
 DEGREES = (40.0, 720.0)  # whole numbers in between are limits of a joint in degrees; multiples of a turn are not whole
 
@@ -66,6 +67,9 @@ def _check_factors(form: StudyForm, ledger: Ledger) -> None:
     if not AMBIENT[0] <= form.ambient <= AMBIENT[1]:
         hint = "was °C meant?" if form.ambient < AMBIENT[0] else "was K meant?"
         ledger.warning(("ambient",), f"is {form.ambient:.4g} °C, where no arm works", hint=hint)
+    fall = form.gravity and math.hypot(*form.gravity)
+    if fall and fall > GRAVITY:
+        ledger.warning(("gravity",), f"is {fall:.4g} m/s^2, more than on any planet", hint="on earth 9.81 m/s^2")
     volts = form.supply.voltage
     if not VOLTAGE[0] <= volts <= VOLTAGE[1]:
         meant = 1e3 * volts if volts < VOLTAGE[0] else 1e-3 * volts
@@ -107,9 +111,11 @@ def _check_density(payload: Payload, place: Place, ledger: Ledger) -> None:
     density = mean_density(RigidBody(payload.mass, payload.com, payload.inertia))
     if LIGHTEST <= density <= DENSEST:
         return
-    beside, unit = ("denser than any metal", "g") if density > DENSEST else ("lighter than air", "t")
+    beside, meant = "denser than any metal", f"{payload.mass:.4g} g"
+    if density < LIGHTEST:
+        beside, meant = "lighter than air", f"{1e3 * payload.mass:.4g} kg"
     problem = f"with {payload.mass:.4g} kg and its inertia it is {beside}, {density:.2g} kg/m^3"
-    ledger.warning(place, problem, hint=f"was {payload.mass:.4g} {unit} meant, or is the inertia in another unit?")
+    ledger.warning(place, problem, hint=f"was {meant} meant, or is the inertia in another unit?")
 
 
 def _check_limits(arm: Arm, ledger: Ledger) -> None:

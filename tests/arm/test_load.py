@@ -49,6 +49,13 @@ def test_unknown_names_are_told_with_the_nearest() -> None:
         load_arm("nowhere/arm.urdf")
 
 
+@pytest.mark.parametrize(("name", "words"), [("arm.csv", r"dh: .*convention: classic"), ("arm.yaml", "load_study")])
+def test_tables_and_studies_are_not_read_as_robot_files(tmp_path: Path, name: str, words: str) -> None:
+    (tmp_path / name).write_text("name,a [m]\nj1,0.3\n", encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        load_arm(tmp_path / name)
+
+
 def test_doubts_of_a_file_warn_at_the_callers_line() -> None:
     for load in (load_arm, dt.load_arm):
         with pytest.warns(PhysicsWarning, match="wrist") as caught:

@@ -26,8 +26,14 @@ def test_position_beyond_a_limit_is_a_fault_at_the_worst_instant():
     faults, warnings = limit_notes(MOTION, np.array([-1.0, -1.5]), np.array([0.9, 1.0]), FREE, name="pick")
     assert warnings == ()
     assert [(fault.place, fault.value) for fault in faults] == [("pick, joint a", 1.0), ("pick, joint b", -2.0)]
-    assert "above the upper limit 0.9 at t = 1 s" in faults[0].problem
-    assert "below the lower limit -1.5 at t = 1 s" in faults[1].problem
+    assert "above the upper limit of 0.9 rad or m at t = 1 s" in faults[0].problem
+    assert "below the lower limit of -1.5 rad or m at t = 1 s" in faults[1].problem
+
+
+def test_a_position_beyond_a_limit_is_shown_in_degrees_with_its_unit():
+    third = waypoint_motion("m", ("a",), [[0.0], [math.pi / 3.0], [0.0]], profile=Trapezoid(), durations=[1.0, 1.0])
+    (fault,) = limit_notes(third, np.array([0.0]), np.array([0.5]), np.array([9.0]), slides=np.array([False])).faults
+    assert "28.6479 deg at" in fault.problem and fault.value == 60.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

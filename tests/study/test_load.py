@@ -125,6 +125,7 @@ def test_every_fault_of_every_file_at_once(load: Any, folder: Path) -> None:
         ({"cycle": [{"motion": "there"}]}, "cycle, end (there) to start (there)", "does not close"),
         ({"joints.default": None}, "joints.joint_1", "what may drive this joint"),
         ({"joints.default": {}}, "joints.default", "neither a drive nor candidates"),
+        ({"payloads.part.inertia": "8e-3 kg m^2"}, "payloads.part.inertia", "{xx: 8e-3 kg m^2"),
         ({"joints.joint_2": {"drive": {"motor": "smal", "gear": "p20"}}}, "joints.joint_2.drive.motor", "'small'"),
         ({"joints.joint_2": {"drive": {"motor": "small", "gear": "p2"}}}, "joints.joint_2.drive.gear", "'p20'"),
         ({"joints.joint_2.load_inertia": "1 kg m^2"}, "joints.joint_2.load_inertia", "without an arm"),

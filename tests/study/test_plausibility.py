@@ -45,8 +45,20 @@ def moved(unit: str | list[str], *waypoints: list[Any], **more: Any) -> dict[str
         ),
         (
             {"payloads.part": {"mass": "2 g", "inertia": {key: "1 kg m^2" for key in INERTIA}}},
-            ["payloads.part.mass", "0.002 kg", "lighter than air"],
+            ["payloads.part.mass", "0.002 kg", "lighter than air", "2 kg meant"],
         ),
+        *(
+            (
+                {"payloads.part": {"mass": "3 kg", "inertia": dict.fromkeys(INERTIA, inertia)}},
+                ["payloads.part.mass", beside, "inertia in another unit"],
+            )
+            for inertia, beside in (("8 kg m^2", "lighter than air"), ("8e-6 kg m^2", "denser than any metal"))
+        ),  # 1000 times too large and too small: 3 kg with 8e-3 kg m^2 is right
+        (
+            {"payloads.part": {"mass": "3 kg", "inertia": INERTIA | {"zz": "50e-3 kg m^2"}}},
+            ["payloads.part.inertia", "no body has principal moments 0.005, 0.005, 0.05 kg m^2"],
+        ),
+        ({"gravity": ["0 m/s^2", "0 m/s^2", "-981 m/s^2"]}, ["gravity", "981 m/s^2", "9.81 m/s^2"]),
         (moved("rad", [90, -45]), ["motions.go.waypoints[1][0]", "joint_1 at 90 rad, 14.3 turns", "90 deg meant"]),
         (
             moved("deg", [90, -45], ["90 rad", 0]),
@@ -105,6 +117,8 @@ def test_what_can_hardly_be_meant_is_doubted_in_one_line(load: Any, changes: dic
         {"payloads.part": {"mass": "0.2 g"}},
         {"cycle": [{"motion": "there", "payload": "part"}, {"dwell": "1 s"}, {"motion": "back"}]},
         {"payloads.part": {"mass": "7.85 kg", "inertia": INERTIA}},
+        {"payloads.part": {"mass": "2 kg", "inertia": dict.fromkeys(INERTIA, "0.4 kg m^2")}},  # a frame of 1.5 m
+        {"gravity": ["0 m/s^2", "0 m/s^2", "-24.8 m/s^2"]},
         moved("rad", [3.2, -12.5]),
         moved("deg", [1080, -720]),
         moved("deg", [90, -45], durations=["200 ms", "200 ms"]),
@@ -205,12 +219,13 @@ BORDERS: dict[str, tuple[Callable[[float], dict[str, Any]], float, bool, str]] =
     "payload": (lambda v: {"payloads.part": {"mass": f"{v!r} kg"}}, 20.0 * 3.0, True, "20 times the 3 kg"),
     "dense": (
         lambda v: {"payloads.part": {"mass": f"{v!r} kg", "inertia": dict.fromkeys(INERTIA, "1e-8 kg m^2")}},
-        1e8**0.4 * SOLID * 1e-6**0.6, True, "denser than any metal",
+        1e7**0.4 * SOLID * 1e-6**0.6, True, "denser than any metal",
     ),
     "light": (
         lambda v: {"payloads.part": {"mass": f"{v!r} kg", "inertia": dict.fromkeys(INERTIA, "1 kg m^2")}},
-        1e-3**0.4 * SOLID * 100.0**0.6, False, "lighter than air",
+        0.3**0.4 * SOLID * 100.0**0.6, False, "lighter than air",
     ),
+    "gravity": (lambda v: {"gravity": ["0 m/s^2", f"{-v!r} m/s^2", "0 m/s^2"]}, 30.0, True, "more than on any planet"),
     "angle": (lambda v: moved("rad", [1.0, -v]), 4.0 * math.pi, True, "joint_2 at -12.57 rad, -2 turns"),
     "fast": (
         lambda v: moved("rad", [0.0, 5.0], durations=[f"{5.0 * QUINTIC / v!r} s"] * 2), 50.0, True,

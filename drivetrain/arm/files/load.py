@@ -25,6 +25,10 @@ from drivetrain.errors import Fault, InputError, nearest
 from drivetrain.whole_files import is_there
 
 SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf", ".mjcf")
+STUDY_OF_TABLE = "it stands in a study as arm: {dh: FILE, convention: classic} (or modified)"
+OTHERS = dict.fromkeys((".csv", ".xlsx", ".xlsm"), ("a table", f"a DH table? {STUDY_OF_TABLE}")) | dict.fromkeys(
+    (".yaml", ".yml"), ("perhaps a study", "dt.load_study reads a study; its arm is load_study(FILE).arm")
+)
 
 
 def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None) -> Arm:
@@ -57,6 +61,9 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     if path.suffix.lower() not in SUFFIXES and not is_there(path):
         problem = "neither a built-in arm nor a .urdf, .xacro, .xml (MJCF) or .sdf file"
         raise InputError(Fault("arm", problem, str(source), nearest(str(source), builtin_names())))
+    told = OTHERS.get(path.suffix.lower())
+    if told is not None:
+        raise InputError(Fault(str(path), f"is no robot file (URDF, xacro, MJCF or SDF) but {told[0]}", hint=told[1]))
     model, stated = _model_of(path, tip)
     arm, doubtful = arm_from_model(model, tip=tip, gravity=stated if gravity is None else gravity)
     warn_each(doubtful)

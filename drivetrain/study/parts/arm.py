@@ -67,7 +67,7 @@ def resolve_payloads(form: StudyForm, ledger: Ledger) -> dict[str, Payload]:
         small, middle, large = np.linalg.eigvalsh(tensor)
         if small < 0.0 or large > (small + middle) * (1.0 + 1e-9):
             moments = f"{small:.3g}, {middle:.3g}, {large:.3g} kg m^2"
-            ledger.note([f"Payload {name}: no body has principal moments {moments}."])
+            ledger.warning(("payloads", name, "inertia"), f"no body has principal moments {moments}")
         payloads[name] = body.made(name=name, inertia=tensor)
     return payloads
 

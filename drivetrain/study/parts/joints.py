@@ -151,7 +151,7 @@ def _task(around: Surroundings, name: str, index: int, form: JointForm, place: P
     if form.candidates is not None:
         pairs, passed_over = _candidates(around, form.candidates, (*place, "candidates"))
     elif form.drive is None and (form.free_ratio is None or form.free_ratio.motor is None):
-        hint = "drive: {motor: ..., gear: ...} or candidates: ..."
+        hint = "drive: {motor: ..., gear: ...}, or candidates: {} for all parts of the catalogues"
         ledger.fault(place, "has neither a drive nor candidates", hint=hint)
     friction: Friction | None = ledger.attempt((*place, "friction"), made, form.friction)
     motor_friction: Friction | None = ledger.attempt((*place, "motor_friction"), made, form.motor_friction)
