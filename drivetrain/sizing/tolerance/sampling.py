@@ -239,10 +239,10 @@ def as_built(study: Study, nominal: Any, lossy: bool, factors: Array, ambient: A
             cases[shaft][name] *= factors[:, FRICTION]
     if lossy:
         better, back = factors[:, EFFICIENCY], gear["backdriving_efficiency"]
-        for name in ("efficiency", "mesh_efficiency"):
-            gear[name] = np.minimum(gear[name] * better, 1.0)
+        for name in ("efficiency", "mesh_efficiency"):  # above 1 the law of the mesh takes it as without loss
+            gear[name] *= better
         # For a negative efficiency (self-locking) a better gear is one that locks less.
-        gear["backdriving_efficiency"] = np.minimum(np.where(back < 0.0, back / better, back * better), 1.0)
+        gear["backdriving_efficiency"] = np.where(back < 0.0, back / better, back * better)
         gear["no_load_torque"] *= factors[:, FRICTION]
         for name in DRAGS:
             gear[name] *= factors[:, DRAG]

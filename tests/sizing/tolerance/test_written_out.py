@@ -13,7 +13,7 @@ from scipy.stats import f_oneway
 import drivetrain as dt
 from drivetrain.catalog.read import Catalog
 from drivetrain.drive.amplifier import Supply
-from drivetrain.sizing.tolerance.draws import EFFICIENCY, Draws
+from drivetrain.sizing.tolerance.draws import EFFICIENCY, Draws, Source, deviated
 from drivetrain.sizing.tolerance.monte_carlo import Chance, robustness
 from drivetrain.sizing.tolerance.sampling import Samples, candidate, figures_of, judged, nominal_of
 from drivetrain.sizing.tolerance.tornado import effects, variance_share
@@ -69,12 +69,13 @@ def same(pairs) -> None:
         np.testing.assert_allclose(found, alone, rtol=1e-11, atol=1e-12)
 
 
+@pytest.mark.parametrize("drag", [{}, {"mesh_efficiency": 0.95, "drag_torque": 0.02}])
 @pytest.mark.parametrize("back", [-0.4, 0.05, 0.97])
-def test_gears_that_lock_or_lose_little_when_driven_back(make, back: float) -> None:
+def test_gears_that_lock_or_lose_little_when_driven_back(make, back: float, drag: dict[str, float]) -> None:
     """A better gear that locks itself locks less; no efficiency exceeds 1."""
     time = np.linspace(0.0, 2.0, 41)
     torque, speed = 6.0 * np.sin(np.pi * time), np.cos(np.pi * time)
-    gear = replace(make.gear, efficiency=0.95, backdriving_efficiency=back)
+    gear = replace(make.gear, efficiency=0.95, backdriving_efficiency=back, **drag)
     study = make.study(make.table_cycle(time, torque, speed, -np.pi * np.sin(np.pi * time)),
                        catalog=Catalog({"m1": make.motor}, {"g1": gear}),
                        tolerances=Tolerances(efficiency=Tolerance(0.2)))  # fmt: skip
@@ -109,6 +110,19 @@ def test_largest_loads_on_bearings_and_shafts_of_an_arm_in_space(make) -> None:
                        tolerances=Tolerances(payload=Tolerance(0.9)))  # fmt: skip
     shares = np.array([[0.2, 1.0, 1.0], [1.9, 1.0, 1.0], [1.0, 1.9, 1.0], [1.6, 0.3, 1.0]])  # the last: of no force
     same(judged_twice(study, Draws(np.ones((4, 6, 6)), np.full(4, 25.0), shares)))
+
+
+def test_deviations_are_added_to_the_nominal_values(make) -> None:
+    """Degrees to the air, kilograms or shares to the payload, shares to factors, which stay positive."""
+    study = make.study(make.sines(2), arm=make.planar_arm([0.3, 0.2], [1.0, 0.5]), payloads=(make.payload(2.0),))
+    for absolute, shares in ((True, [1.25, 0.0]), (False, [1.5, 0.0])):
+        study = replace(study, tolerances=Tolerances(payload=Tolerance(0.5, absolute=absolute)))
+        given = {Source("ambient"): [3.0, -4.0], Source("payload", "part"): [0.5, -2.5],
+                 Source("resistance", "j2"): [0.2, -1.5]}  # fmt: skip
+        found = deviated(study, 2, {source: np.array(values) for source, values in given.items()})
+        assert found.ambient.tolist() == [28.0, 21.0] and found.loads[:, 0].tolist() == shares
+        assert found.factors[0, 1].tolist() == [1.0, 1.2, 1.0, 1.0, 1.0, 1.0] and 0.0 < found.factors[1, 1, 1] < 0.1
+        assert (found.factors[:, 0] == 1.0).all() and (found.loads[:, 1:] == 1.0).all()
 
 
 def test_bars_and_places_of_a_tornado(make) -> None:
