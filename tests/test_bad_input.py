@@ -173,7 +173,8 @@ def test_no_catalogue_means_none(run: Run, tmp_path: Path) -> None:
         "candidates: {pairs: [{motor: good, gear: good}]}", "candidates: {motors: {mass: [90 kg, null]}}"
     )
     (tmp_path / "door.yaml").write_text(none, encoding="utf-8")
-    assert "the study can be read, but nothing can be chosen for door" in run("check", "door.yaml")[1]
+    code, told = run("check", "door.yaml")
+    assert code == 1 and "the study can be read, but nothing can be chosen for door" in told
 
 
 @pytest.mark.parametrize("cell", CELLS)

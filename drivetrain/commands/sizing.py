@@ -99,7 +99,7 @@ def init(
 def check(
     study: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The study, a YAML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of studies, for editors.")] = False,
-) -> None:
+) -> bool:
     """Read a study and all its files, and list every error and warning, without calculating anything."""
     if study is None and not schema:
         raise typer.BadParameter("name a study, or give --schema", param_hint="STUDY")
@@ -112,7 +112,8 @@ def check(
     if study is not None:
         from drivetrain.study.read import load_study
 
-        _summarise(load_study(study), errors=schema)
+        return _summarise(load_study(study), errors=schema)
+    return True
 
 
 @command
@@ -243,7 +244,8 @@ def _spread(result: Evaluation | Selection) -> Spread | None:
         return spread(result)
 
 
-def _summarise(study: Study, *, errors: bool) -> None:
+def _summarise(study: Study, *, errors: bool) -> bool:
+    """Say what was read; whether every joint has a drive or a candidate."""
     from drivetrain.report.pages.views import passed_over
     from drivetrain.study.model import pair_name
 
@@ -265,6 +267,7 @@ def _summarise(study: Study, *, errors: bool) -> None:
     barred = ", ".join(task.name for task in study.joints if task.drive is None and not task.pairs)
     fit = f"the study can be read, but nothing can be chosen for {barred}" if barred else "the study can be used"
     say(fit, errors=errors)
+    return not barred
 
 
 def _catalog_findings(study: Study) -> dict[str, list[str]]:

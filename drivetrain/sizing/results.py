@@ -311,9 +311,10 @@ class Selection:
         drives: Keys of the chosen (motor, gear) by joint name; empty if nothing is feasible.
         evaluation: Evaluation of the chosen drives; if nothing is feasible, of the nearest candidates.
         objective: Objective of the chosen drives; NaN if nothing is feasible.
-        proof: ``optimal``, or the remaining gap in words.
+        proof: ``optimal``, or the remaining gap in words, then after "not proven".
         rejected_pairs: Every rejected candidate, given the drives chosen after it.
-        alternatives: By joint name, the next best feasible (motor, gear, contribution to the objective).
+        alternatives: By joint name, the next best (motor, gear, contribution to the objective) that are feasible with
+            nominal values, also if a probability is required.
         advice: If nothing is feasible: the nearest candidate, the binding check and what would fix it; if a fixed
             drive lacks data, which data.
         counters: Work done: nodes, candidates judged.

@@ -32,7 +32,7 @@ WORK = {
 
 
 def proof_section(selection: Selection) -> Section:
-    proven = selection.state is None or selection.proof.startswith("optimal")
+    proven = not selection.proof.startswith("not proven")
     word, css = ("proven", "pass") if proven else ("not proven", "marginal")
     reached = "not needed" if selection.state is None else "reached"
     limit = ("time limit of the search", f"{selection.study.wanted.time_limit:g}\u00a0s, {reached}")
@@ -44,17 +44,20 @@ def proof_section(selection: Selection) -> Section:
 def _lead(selection: Selection, proven: bool) -> tuple[str, ...]:
     worth = WORDS[selection.study.objective]
     if selection.drives and proven:
-        first = f"No other allowed set of drives that passes every check has {worth}."
+        often = "" if selection.choice is None else " with the required probability"
+        first = f"No other allowed set of drives that passes every check{often} has {worth}."
         words = (f"{selection.proof}." if selection.proof != "optimal" else "", equals_sentence(selection))
         return (first, *(text for text in words if text))
     if proven:
         return (f"{selection.proof[0].upper()}{selection.proof[1:]}.",)
-    lead = f"The search stopped at its time limit. {selection.proof[0].upper()}{selection.proof[1:]}."
+    lead = f"{selection.proof[0].upper()}{selection.proof[1:]}."
+    if selection.state is None:
+        return (lead,)
     on = (
         "To go on: `drivetrain select` with a longer --time-limit, or selection: {time_limit: ...} in the study; in "
         "Python `select(study, resume=selection)` goes on from where this search stopped and loses nothing."
     )
-    return lead, on
+    return f"The search stopped at its time limit. {lead}", on
 
 
 def _sets(selection: Selection) -> tuple[SheetTable, ...]:

@@ -216,7 +216,8 @@ def _others(selection: Selection, rejected: pd.DataFrame, joint: str) -> dict[st
 
     after = tuple((*pair(motor, gear), number(share)) for motor, gear, share in selection.alternatives.get(joint, ()))
     if after:
-        found.append(SheetTable(("motor", "gear", worth), after, "Runners-up", (2,)))
+        title = "Runners-up" if selection.choice is None else "Runners-up, with nominal values"
+        found.append(SheetTable(("motor", "gear", worth), after, title, (2,)))
     rows = tuple((*pair(*one[:2]), *one[2:]) for one in views.nearest_misses(rejected, joint, study.safety))
     if rows:
         headings = ("motor", "gear", "rejected by", "required", "available", "unit", "utilisation", worth)

@@ -22,6 +22,8 @@ from drivetrain.errors import Fault, InputError, member_of, nearest, raise_fault
 from drivetrain.notebook import axes_of, shown
 from drivetrain.sizing.demand.changed_work import WorkFamily
 from drivetrain.sizing.judge.evaluate import Pair
+from drivetrain.sizing.judge.missing import of_the_rest
+from drivetrain.sizing.judge.objectives import known_objective
 from drivetrain.sizing.judge.vary import Number, Setup, Vary, edge, named_drives, task_number, worst_of_set
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.constraints.chance import CONFIDENCE, chance_of, has_tolerances
@@ -290,7 +292,10 @@ class _CurveSearch:
         key = tuple(drives.items())
         if key not in self.sets:
             self.sets[key] = named_drives(self.study, drives)
-        return Setup(self.at(value).work, self.sets[key]).evaluation()
+        found = Setup(self.at(value).work, self.sets[key]).evaluation()
+        if not math.isnan(found.objective):
+            return found
+        return replace(found, objective=known_objective(found.study, found.joints))
 
     def worth(self, drives: Drives, value: float) -> float:
         """Objective of a set at a value; infinite if it is infeasible or empty."""
@@ -304,7 +309,7 @@ def _robust(study: Study, value: float) -> CurvePoint:
     """The best set that is feasible with the required probability at a value."""
     found = robust_select(replace(study, wanted=replace(study.wanted, sets=1)))
     if found.chosen is None:
-        return CurvePoint(value, {}, math.nan, {}, f"no set: {found.proof}" if found.exhausted else found.proof)
+        return CurvePoint(value, {}, math.nan, {}, found.proof)
     best = found.chosen.drives
     proof = PROVEN_ROBUST if found.proven else found.proof
     return CurvePoint(value, dict(best.drives), best.objective, best.criteria, proof, found.chosen.chance)
@@ -436,6 +441,9 @@ def _piece_points(search: _CurveSearch, drives: Drives, low: float, high: float)
 
 def _notes(search: _CurveSearch, step: float, folded: int) -> list[str]:
     notes = list(search.missing)
+    best = next((point for point in search.made if point.drives), None)
+    if best is not None:
+        notes += of_the_rest(search.evaluated(best.drives, best.value))
     if folded:
         notes.append(
             f"{folded} piece{'s' * (folded > 1)} narrower than {NARROW * step:.3g} {search.vary.unit} folded into a "

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import islice
+from numbers import Real
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -292,8 +293,8 @@ def terms_of(setup: Setup, joint: int) -> TorqueTerms:
 
 def _grid(setup: Setup, joint: int, ratios: Sequence[float] | None) -> list[float]:
     if ratios is not None:
-        wrong = [Fault(f"ratios[{i}]", "must be positive and finite", r) for i, r in enumerate(ratios)
-                 if not 0.0 < r < math.inf]  # fmt: skip
+        wrong = [Fault(f"ratios[{i}]", "must be a number, positive and finite", r) for i, r in enumerate(ratios)
+                 if not (isinstance(r, Real) and 0.0 < r < math.inf)]  # fmt: skip
         if wrong or not len(ratios):
             raise InputError(wrong or Fault("ratios", "must not be empty"))
         return sorted(float(ratio) for ratio in ratios)

@@ -305,6 +305,11 @@ def uncounted(evaluation: Evaluation) -> tuple[str, ...]:
     return tuple(found)
 
 
+def of_the_rest(evaluation: Evaluation) -> tuple[str, ...]:
+    """Notes on an objective that leaves given drives out (``objectives.known_objective``)."""
+    return tuple(f"{text}; the objective is that of the rest" for text in uncounted(evaluation))
+
+
 def _gap(
     study: Study, joint: JointResult, part: Motor | Gear | Brake | Amplifier, columns: tuple[str, ...],
     checks: tuple[str, ...],

@@ -49,6 +49,21 @@ def weighted(wanted: SelectionOptions, found: Mapping[str, float]) -> float:
     return math.fsum(weight * found[name] for name, weight in wanted.weights)
 
 
+def known_objective(study: Study, joints: Mapping[str, JointResult]) -> float:
+    """The objective without mass and price of the drives for which one of them is unknown but counts, as the search has
+    it: only drives that the study gives may lack them.
+    """
+    sheets = [(name, weight) for name, weight in study.wanted.weights if weight and name != "energy"]
+    value = 0.0
+    for result in joints.values():
+        mass, price = drive_mass(result.drive), drive_price(result.drive, result.amplifier)
+        found = {"mass": _sum([mass]), "price": _sum([price])}
+        own = math.fsum(weight * found[name] for name, weight in sheets)
+        value += 0.0 if math.isnan(own) else own
+    energy = weight_of(study.wanted, "energy")
+    return value + (energy * _sum(_energy(study, result) for result in joints.values()) if energy else 0.0)
+
+
 def weight_of(wanted: SelectionOptions, term: str) -> float:
     """Weight of a term in the objective, per unit."""
     return math.fsum(weight for name, weight in wanted.weights if name == term)

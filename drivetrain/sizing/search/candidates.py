@@ -252,9 +252,10 @@ class JointCandidates:
 
     @property
     def extra_prices(self) -> Array:
-        """Price of each of the task's amplifiers above the cheapest, infinite where unknown, (A,)."""
+        """Price of each amplifier above the cheapest, infinite where unknown, but 0 at a given drive, (A,)."""
         prices = np.array([math.inf if one.price is None else one.price for one in self.task.amplifiers])
-        return prices - min(prices.min(), np.finfo(float).max)
+        extra = prices - min(prices.min(), np.finfo(float).max)
+        return np.where(np.isinf(extra), 0.0, extra) if self.is_fixed else extra
 
     def amplifiers_by_extra_price(self) -> list[tuple[float, Amplifier | None]]:
         """The priced amplifiers in the order tried, each with the smallest extra price of it and of those after it.

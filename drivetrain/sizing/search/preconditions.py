@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
+from numbers import Integral, Real
 
 import numpy as np
 
@@ -49,15 +51,19 @@ def check_keys(study: Study) -> None:
 def _of_numbers(options: SelectionOptions) -> Iterator[Fault]:
     for name in ("sets", "most_motor_types", "most_gear_types"):
         value = getattr(options, name)
-        if value is not None and not value >= 1:
-            yield Fault(f"wanted.{name}", "must be 1 or more", value)
-    if options.holds is not None and not 0.0 < options.holds < 1.0:
+        if value is not None and not (isinstance(value, Integral) and value >= 1):
+            yield Fault(f"wanted.{name}", "must be a whole number, 1 or more", value)
+    if options.holds is not None and not (isinstance(options.holds, Real) and 0.0 < options.holds < 1.0):
         yield Fault("wanted.holds", "must be a probability between 0 and 1", options.holds, "such as 0.99")
-    if not options.time_limit >= 0.0:
+    if not (isinstance(options.time_limit, Real) and options.time_limit >= 0.0):
         yield Fault("wanted.time_limit", "must be 0 or more [s]", options.time_limit)
 
 
 def _of_weights(options: SelectionOptions) -> Iterator[Fault]:
+    if not isinstance(options.weights, tuple | list) or not all(map(_is_weight, options.weights)):
+        hint = 'such as (("mass", 1.0),)'
+        yield Fault("wanted.weights", "must be pairs of a term and its weight", options.weights, hint)
+        return
     if not any(weight > 0.0 for _, weight in options.weights):
         yield Fault("wanted.weights", "needs a weight above 0", options.weights, f"for one of {', '.join(TERMS)}")
     for name, weight in options.weights:
@@ -67,9 +73,16 @@ def _of_weights(options: SelectionOptions) -> Iterator[Fault]:
             yield Fault(f"wanted.weights.{name}", "must be 0 or more, and finite", weight)
 
 
+def _is_weight(pair: object) -> bool:
+    return isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[1], Real)
+
+
 def _of_groups(study: Study, options: SelectionOptions) -> Iterator[Fault]:
     names = study.joint_names
     for group in options.same_family:
+        if isinstance(group, str):
+            yield Fault("wanted.same_family", "must be groups of joints", group, 'such as (("joint_1", "joint_2"),)')
+            continue
         for name in group:
             if name not in names:
                 yield Fault("wanted.same_family", "is no joint of the study", name, nearest(str(name), names))
@@ -115,8 +128,9 @@ def words_of(study: Study, name: str) -> str:
 
 
 def unknown_terms(study: Study) -> list[Fault]:
-    """Faults for terms of the objective that are unknown for all candidates of some joint."""
+    """Faults for terms of the objective that are unknown for all candidates of some joint without a given drive."""
     found = []
+    study = replace(study, joints=tuple(task for task in study.joints if task.drive is None))
     for name in TERMS:
         words = words_of(study, name) if name in SHEET and weight_of(study.wanted, name) else ""
         if words:

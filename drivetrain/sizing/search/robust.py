@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from drivetrain.errors import Fault, InputError
 from drivetrain.sizing.demand.demand import Workload
@@ -47,14 +47,31 @@ class RobustSelection:
     passed: int = 0
     bound: float = math.inf  # lower bound on the objective of sets that were not tested; infinite if there are none
     best_sets: tuple[DriveSet, ...] = ()  # the best sets that passed, best first: as many as the study asks for
+    # the search that was stopped by its time limit; None if there is nothing to resume
+    state: Tree | None = field(default=None, repr=False)
 
     @property
     def proven(self) -> bool:
         """Whether every better set was tested and rejected, with none too close to decide."""
-        if self.chosen is None:
-            return self.exhausted
-        near = any(trial.decision is Decision.OPEN for trial in self.better)
-        return not near and self.bound >= self.chosen.drives.objective * (1.0 - EQUAL)
+        if self.near:
+            return False
+        return self.exhausted if self.chosen is None else not self._stopped_early
+
+    @property
+    def near(self) -> tuple[Trial, ...]:
+        """Those of the better sets that are too close to decide."""
+        return tuple(one for one in self.better if one.decision is Decision.OPEN)
+
+    @property
+    def least(self) -> float:
+        """Lower bound on the objective of sets with the required probability; infinite if there are none."""
+        chosen = [] if self.chosen is None else [self.chosen.drives.objective]
+        return min([self.bound, *(one.drives.objective for one in self.near), *chosen])
+
+    @property
+    def _stopped_early(self) -> bool:
+        """Whether sets that may be better than the chosen one were not tested."""
+        return self.chosen is not None and self.bound < self.chosen.drives.objective * (1.0 - EQUAL)
 
     @property
     def better(self) -> tuple[Trial, ...]:
@@ -68,22 +85,22 @@ class RobustSelection:
     @property
     def proof(self) -> str:
         """What is proven about the choice, in words."""
-        before = self.better
-        near = sum(trial.decision is Decision.OPEN for trial in before)
+        before, near = self.better, len(self.near)
         confidence = f"{100.0 * self.confidence:g} % confidence"
         wanted_text = f"{100.0 * self.wanted:g} %"
         shared = ", nor do those with one of their drives and the same loads" if self.passed else ""
         if self.chosen is None:
-            if not self.trials:
+            if not self.trials and self.exhausted:
                 return "no set meets all limits with nominal values"
             end = "and there are no others" if self.exhausted else "the search went no further"
-            count = len(self.trials)
-            words = f"no set is known to meet all limits with {wanted_text}: {count} tested ({confidence})"
+            end = f"{near} of them too near to decide, {end}" if near else end
+            count, start = len(self.trials), "" if self.proven else "not proven: "
+            words = f"{start}no set is known to meet all limits with {wanted_text}: {count} tested ({confidence})"
             return f"{words}{shared}, {end}"
         words = f"meets all limits with at least {wanted_text}"
         words = f"{words}; {len(before) - near} better sets do not{shared} ({confidence})"
         words = f"{words}; {near} better sets are too near to decide" if near else words
-        if self.bound < self.chosen.drives.objective * (1.0 - EQUAL):
+        if self._stopped_early:
             words = f"{words}; the search was stopped: sets from an objective of {self.bound:.4g} on are left"
         return words
 
@@ -126,12 +143,19 @@ def robust_select(
         faults.append(Fault("confidence", "must lie between 0.5 and 1", confidence))
     if most_sets < 1:
         faults.append(Fault("most_sets", "must be 1 or more", most_sets))
+    given = None if sets is None else list(sets)
+    wrong = next((one for one in given or () if not isinstance(one, DriveSet)), None)
+    if wrong is not None:
+        hint = "as in select(study).best_sets, or dt.DriveSet(drives, objective, criteria)"
+        faults.append(Fault("sets", "must be sets of drives (DriveSet)", wrong, hint))
     if faults or wanted is None:
         raise InputError(faults)
     base = nominal_of(study, work)
-    if sets is None:
-        return _search(base, wanted, confidence, start, most_sets)
-    return _first_accepted(base, sets, wanted, confidence, start, most_sets)
+    if given is not None:
+        return _first_accepted(base, given, wanted, confidence, start, most_sets)
+    problem = build_problem(build_candidates(study, base.work), study.wanted)
+    constraint = ChanceConstraint(problem, base, wanted, confidence, start, most_sets)
+    return robust_search(Tree(problem, chance_constraint=constraint), constraint, study.wanted.time_limit)
 
 
 def _first_accepted(
@@ -149,24 +173,28 @@ def _first_accepted(
     return RobustSelection(probability, confidence, None, tuple(trials), True)
 
 
-def _search(base: Nominal, probability: float, confidence: float, seed: int, most_sets: int) -> RobustSelection:
-    """The best of all sets that pass the test, by one search."""
-    study = base.study
-    problem = build_problem(build_candidates(study, base.work), study.wanted)
-    constraint = ChanceConstraint(problem, base, probability, confidence, seed, most_sets)
-    tree = Tree(problem, chance_constraint=constraint)
+def robust_search(tree: Tree, constraint: ChanceConstraint, time_limit: float) -> RobustSelection:
+    """The best of all sets that pass the test, by one search, which may have been stopped before.
+
+    Args:
+        tree: The search, with the test as its chance constraint.
+        constraint: The test.
+        time_limit: Time limit, sampling included [s]; at least one node is processed.
+    """
     tree.begin()
-    deadline = time.perf_counter() + study.wanted.time_limit
-    while not (tree.finished or constraint.exhausted) and time.perf_counter() < deadline:
+    deadline = time.perf_counter() + time_limit
+    while not (tree.finished or constraint.exhausted):
         tree.run(0.0, lambda done, total, text: None)  # one node at a time
+        if time.perf_counter() >= deadline:
+            break
     passed = [constraint.trials[found.pairs] for found in tree.best]
     chosen = passed[0] if passed else None
     trials = tuple(sorted(constraint.trials.values(), key=lambda one: (one.drives.objective, one is chosen)))
     bound = math.inf if tree.finished else tree.bound
     if chosen is not None and tree.finished:
         bound = chosen.drives.objective
-    exhausted = tree.finished and chosen is None
     return RobustSelection(
-        probability, confidence, chosen, trials, exhausted, constraint.removed, bound,
-        tuple(trial.drives for trial in passed),
+        constraint.probability, constraint.confidence, chosen, trials, tree.finished and chosen is None,
+        constraint.removed, bound, tuple(trial.drives for trial in passed),
+        None if tree.finished or constraint.exhausted else tree,
     )  # fmt: skip

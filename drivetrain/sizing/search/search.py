@@ -14,7 +14,7 @@ from typing import Protocol
 from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.sizing.demand.demand import Workload
 from drivetrain.sizing.judge.evaluate import Pair, evaluated
-from drivetrain.sizing.judge.missing import missing_words, uncounted
+from drivetrain.sizing.judge.missing import missing_words, of_the_rest
 from drivetrain.sizing.results import DriveSet, Evaluation, Selection
 from drivetrain.sizing.search.candidates import build_candidates
 from drivetrain.sizing.search.constraints.chance import has_tolerances
@@ -22,7 +22,7 @@ from drivetrain.sizing.search.domains import Pairs
 from drivetrain.sizing.search.preconditions import check_keys, check_options, nothing_to_choose, same_study, why_nothing
 from drivetrain.sizing.search.problem import Problem, build_problem
 from drivetrain.sizing.search.rejected import Rejected, advice_on, alternatives, nearest_set
-from drivetrain.sizing.search.robust import robust_select
+from drivetrain.sizing.search.robust import RobustSelection, robust_search, robust_select
 from drivetrain.sizing.search.tree import Report, Tree, run_search
 from drivetrain.study.model import Study
 from drivetrain.study.parts.selection import SelectionOptions
@@ -74,6 +74,8 @@ def select(
     tree.begin()
     start = time.perf_counter()  # compilation in a first run does not count
     time_limit = tree.problem.options.time_limit if wanted is None else wanted.time_limit
+    if resume is not None and tree.chance_constraint is not None:
+        return _robust(resume, tree.problem, robust_search(tree, tree.chance_constraint, time_limit))
     tree, evaluations = run_search(tree, start + time_limit, report)
     if not tree.best:
         return _nothing_fits(tree, report, advise)
@@ -81,7 +83,9 @@ def select(
     if not found.feasible or found.study.wanted.holds is None or not has_tolerances(found.study):
         return found
     report(1, 1, "the required probability")
-    return _robust(found, tree.problem)
+    wishes = replace(found.study.wanted, time_limit=time_limit)
+    choice = robust_select(replace(found.study, wanted=wishes), work=tree.problem.candidates.work)
+    return _robust(found, tree.problem, choice)
 
 
 def better_set(study: Study, objective: float) -> tuple[dict[str, Pair], bool]:
@@ -134,25 +138,24 @@ def _answer(tree: Tree, evaluations: Mapping[Pairs, Evaluation], report: Report)
         study, sets[0].drives, best, sets[0].objective, _proof(tree), Rejected(problem, chosen),
         alternatives(problem, chosen), missing_words(best), dict(tree.counters), tuple(sets),
         min(tree.bound, sets[0].objective), None if tree.finished else tree,
-        tuple(f"{text}; the objective is that of the rest" for text in uncounted(best)), *tree.equals,
+        of_the_rest(best), *tree.equals,
     )  # fmt: skip
 
 
-def _robust(selection: Selection, problem: Problem) -> Selection:
+def _robust(selection: Selection, problem: Problem, found: RobustSelection) -> Selection:
     """A selection of the best set with the required probability instead of the best one with nominal values."""
-    work = problem.candidates.work
-    found = robust_select(selection.study, work=work)
+    stopped = replace(
+        selection, bound=found.least, state=found.state, best_sets=found.best_sets, equals=0, all_equals=False,
+        choice=found,
+    )  # fmt: skip
     if found.chosen is None:
-        return replace(
-            selection, drives={}, objective=math.nan, proof=found.proof, best_sets=(), advice=(f"{found.proof}.",),
-            choice=found,
-        )  # fmt: skip
+        return replace(stopped, drives={}, objective=math.nan, proof=found.proof, advice=(f"{found.proof}.",))
     best = found.chosen.drives
     chosen = problem.pairs(best.drives)
     return replace(
-        selection, drives=dict(best.drives), evaluation=evaluated(work, best.drives), objective=best.objective,
-        proof=f"{selection.proof} with nominal values; {found.proof}", rejected_pairs=Rejected(problem, chosen),
-        alternatives=alternatives(problem, chosen), best_sets=found.best_sets, equals=0, all_equals=False, choice=found,
+        stopped, drives=dict(best.drives), evaluation=evaluated(problem.candidates.work, best.drives),
+        objective=best.objective, proof=f"{OPTIMAL if found.proven else 'not proven'}: {found.proof}",
+        rejected_pairs=Rejected(problem, chosen), alternatives=alternatives(problem, chosen), advice=(),
     )  # fmt: skip
 
 

@@ -100,6 +100,7 @@ class BranchAndBound(ABC, Generic[AnyNode]):
         """An independent copy of the search that can be resumed."""
         other = copy.copy(self)
         other.open, other.counters = list(self.open), Counter(self.counters)
+        other.chance_constraint = None if self.chance_constraint is None else self.chance_constraint.copy()
         return other
 
     @property

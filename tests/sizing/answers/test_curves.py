@@ -17,6 +17,7 @@ from drivetrain.sizing.answers import curve
 from drivetrain.sizing.answers.curve import check_curve, optimum_curve
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.judge.vary import Vary
+from drivetrain.sizing.search.search import select
 from drivetrain.study.change import TaskChange, changed
 from drivetrain.study.parts.selection import Wanted
 from drivetrain.study.parts.verdicts import Verdict
@@ -189,3 +190,21 @@ def test_slivers_fold_into_a_neighbour_that_holds_and_are_not_searched_for(monke
     for piece in pieces:  # whoever reads a set off a piece finds one that holds
         for value in np.linspace(piece.low + 1e-8, piece.high - 1e-8, 101):
             assert math.isfinite(row.worth(piece.drives, value))
+
+
+@pytest.mark.parametrize("objective", ["price", "both"])
+def test_a_given_drive_without_a_price_leaves_the_curve_of_the_rest(make, objective):
+    study = small_study(make, 2)
+    weights = {"price": (("price", 1.0),), "both": (("mass", 30.0), ("price", 1.0), ("energy", 0.1))}[objective]
+    motors = study.catalog.motors
+    bare = {**motors, "given": replace(motors["m2"], key="given", price=None)}
+    tasks = (replace(study.joints[0], drive=("given", "g1"), pairs=()), study.joints[1])
+    study = replace(study, joints=tasks, catalog=replace(study.catalog, motors=bare), wanted=Wanted(weights))
+    found = optimum_curve(study, "payload", (0.5, 6.0), points=4)
+    assert found.proven and len({tuple(one.drives.items()) for one in found.pieces}) > 1
+    assert any("price of j1 not known" in note and "that of the rest" in note for note in found.notes)
+    for point in found.points:
+        chosen = select(changed(study, TaskChange(payload=point.value / 2.0)), advise=False)
+        assert point.feasible == chosen.feasible
+        if point.feasible:
+            assert point.objective == pytest.approx(chosen.objective, rel=1e-9)

@@ -275,8 +275,8 @@ def test_bad_input(make) -> None:
     with pytest.raises(InputError, match="not in the catalogue"):
         ratio_study(study, JOINT, motor="m2")
     with pytest.raises(InputError) as caught:
-        ratio_study(study, JOINT, ratios=[10.0, -1.0, math.inf])
-    assert [fault.place for fault in caught.value.faults] == ["ratios[1]", "ratios[2]"]
+        ratio_study(study, JOINT, ratios=[10.0, -1.0, math.inf, "a", None])
+    assert [fault.place for fault in caught.value.faults] == [f"ratios[{i}]" for i in range(1, 5)]
     with pytest.raises(InputError, match="ratios"):
         ratio_study(study, JOINT, ratios=[])
     bare = replace(study, joints=(study.joints[0], replace(study.joints[1], drive=None)))

@@ -9,6 +9,7 @@ import pytest
 from random_tasks import feasible_sets
 
 from drivetrain.errors import InputError
+from drivetrain.report.pages.proof_section import proof_section
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.constraints.chance import Decision, decide
@@ -102,6 +103,8 @@ def test_faults(shop):
     with pytest.raises(InputError) as caught:
         robust_select(shop[0], sets=[], holds=0.9, most_sets=0, seed=-1)
     assert len(caught.value.faults) == 2
+    with pytest.raises(InputError, match=r"sets: must be sets of drives \(DriveSet\) \(found 1\)"):
+        robust_select(shop[0], sets=[1], holds=0.9)
     with pytest.raises(InputError, match="between 0 and 1"):
         select(replace(shop[0], wanted=replace(shop[0].wanted, holds=1.0)))
 
@@ -184,6 +187,46 @@ def test_all_best_sets_hold_often_enough(coupled_choice, chances, wanted):
     found = select(study, advise=False)
     assert [one.objective for one in found.best_sets] == pytest.approx(expected, rel=1e-12)
     assert found.drives == found.best_sets[0].drives and found.choice.best_sets == found.best_sets
+
+
+def test_a_choice_stopped_at_every_node_ends_as_one_that_was_not(coupled_choice):
+    study = replace(coupled_choice, wanted=replace(coupled_choice.wanted, sets=2, holds=0.92))
+    whole, steps, unproven = select(study, advise=False), 0, 0
+    assert whole.state is None and whole.bound == pytest.approx(whole.objective, rel=1e-12)
+    assert whole.proof == f"optimal: {whole.choice.proof}"
+    assert whole.objective > select(coupled_choice, advise=False).objective  # the plain optimum is not the answer
+    at_once = replace(study.wanted, time_limit=0.0)
+    part = select(study, wanted=at_once, advise=False)
+    while part.state is not None:
+        assert part.bound <= whole.objective * (1.0 + 1e-12) and steps < 300
+        kept = ()
+        if part.choice is not None:  # "optimal" is the first set, not yet the second
+            kept, first = part.choice.trials, part.objective == pytest.approx(whole.objective, rel=1e-12)
+            unproven += not part.choice.proven
+            assert part.proof.startswith("optimal: " if part.choice.proven else "not proven: ")
+            assert first or not part.choice.proven
+            assert ("stopped at its time limit" in proof_section(part).lead[0]) != part.choice.proven
+        after, steps = select(study, wanted=at_once, resume=part, advise=False), steps + 1
+        assert part.choice is None or kept == part.choice.trials  # what was there before is as it was
+        part = after
+    assert steps > 1 and unproven
+    assert part.proof == whole.proof and part.bound == whole.bound and part.drives == whole.drives
+    assert [one.drives for one in part.best_sets] == [one.drives for one in whole.best_sets]
+    assert [one.chance for one in part.choice.trials] == [one.chance for one in whole.choice.trials]
+
+
+def test_what_is_proven_of_a_choice_is_said_in_the_report(coupled_choice):
+    study = replace(coupled_choice, wanted=replace(coupled_choice.wanted, holds=0.92))
+    found = select(study, advise=False)
+    assert "passes every check with the required probability has less mass" in proof_section(found).lead[0]
+    assert found.bound == pytest.approx(found.objective, rel=1e-12)  # not that of sets with nominal values
+    none = select(replace(study, wanted=replace(study.wanted, holds=0.9999999)), advise=False)
+    assert not none.feasible and none.choice.chosen is None
+    assert none.proof.startswith("no set is known" if none.choice.proven else "not proven: no set is known")
+    stopped = robust_select(study, most_sets=1)
+    assert not stopped.exhausted and stopped.proof.startswith("not proven: ") == (stopped.chosen is None)
+    untested = replace(stopped, chosen=None, trials=(), bound=0.0)
+    assert untested.proof.startswith("not proven: ") and not untested.proven
 
 
 def test_a_given_drive_without_a_price_leaves_that_of_the_rest(coupled_choice):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drivetrain.catalog.read import Catalog
-from drivetrain.drive.amplifier import Supply
+from drivetrain.drive.amplifier import Amplifier, Supply, best_of
 from drivetrain.errors import InputError
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search.search import select
@@ -88,6 +88,26 @@ def test_given_drives_stay(make):
     fixed = select(replace(study, joints=tasks))
     assert fixed.drives["j2"] == other
     assert not fixed.alternatives["j2"]
+
+
+def test_amplifiers_without_a_price_leave_a_given_drive_out_of_the_objective(make):
+    study = feasible_study(make, joints=2)
+    first, second = study.joints
+    given = select(study).drives["j1"]
+    rows = study.catalog
+    for prices in ((None, None), (3.0, None)):
+        weak, strong = Amplifier(peak_current=0.1, key="weak"), Amplifier(key="strong")
+        listed = tuple(replace(one, price=price) for one, price in zip((weak, strong), prices, strict=True))
+        task = replace(first, drive=given, amplifiers=listed, amplifier=best_of(listed))
+        wanted = Wanted((("price", 1.0),))
+        found = select(replace(study, joints=(task, second), wanted=wanted), advise=False)
+        assert found.proof == "optimal" and found.evaluation.joints["j1"].amplifier.key == "strong"
+        assert "price of j1 not known" in found.notes[0]
+        expected = select(replace(study, joints=(replace(first, drive=given), second), wanted=wanted), advise=False)
+        motor, gear = given
+        own = 0.0 if prices[0] is None else rows.motors[motor].price + rows.gears[gear].price + prices[0]
+        rest = expected.objective - rows.motors[motor].price - rows.gears[gear].price
+        assert found.objective == pytest.approx(rest + own, rel=1e-12)
 
 
 def test_heavier_wrist_drive_loads_the_shoulder(make):
@@ -236,6 +256,15 @@ def test_wishes_that_make_no_sense_are_told_together(make):
         select(study, wanted=wanted)
     places = [fault.place.removeprefix("wanted.") for fault in told.value.faults]
     assert places == ["sets", "most_motor_types", "time_limit", "weights.mass", "weights", "same_family"]
+    for wrong, place in (
+        ({"sets": 1.5}, "sets"), ({"sets": "a"}, "sets"), ({"most_gear_types": "a"}, "most_gear_types"),
+        ({"time_limit": "a"}, "time_limit"), ({"holds": "a"}, "holds"), ({"weights": {"mass": 1.0}}, "weights"),
+        ({"weights": 5}, "weights"), ({"weights": (("mass", "a"),)}, "weights"),
+        ({"same_family": ("j1",)}, "same_family"),
+    ):  # fmt: skip
+        with pytest.raises(InputError) as told:
+            select(study, wanted=Wanted(**wrong))
+        assert [fault.place for fault in told.value.faults] == [f"wanted.{place}"]
     first, *others = study.joints
     strange = replace(study, joints=(replace(first, pairs=(("m9", "g9"),)), *others))
     with pytest.raises(InputError, match="m9") as told:

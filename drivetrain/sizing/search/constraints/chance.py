@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -68,6 +68,11 @@ class ChanceConstraint:
     failing: dict[tuple[int, bytes], set[int]] = field(default_factory=dict)
     removed: int = 0  # number of removals of a failing pair from a domain without samples
     counters: Counter[str] = field(default_factory=Counter)  # work done
+
+    def copy(self) -> ChanceConstraint:
+        """An independent copy, for a search that is resumed."""
+        failing = {key: set(pairs) for key, pairs in self.failing.items()}
+        return replace(self, trials=dict(self.trials), failing=failing, counters=Counter(self.counters))
 
     @property
     def exhausted(self) -> bool:
