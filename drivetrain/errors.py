@@ -104,16 +104,21 @@ def raise_faults(faults: Iterable[Fault]) -> None:
         raise InputError(found)
 
 
-def nearest(wanted: object, known: Iterable[str]) -> str:
-    """Hint with the known names closest to a wanted one, or with all known names if there are few."""
+def close_names(wanted: object, known: Iterable[str]) -> str:
+    """Hint with the known names closest to a wanted one; empty if none is close."""
     names, name = sorted(set(known)), str(wanted)
     close = difflib.get_close_matches(name, names, n=3, cutoff=0.6)
     if not close and len(name) > 2:
         close = [one for one in names if one.startswith(name)][:3]
-    if close:
-        return "did you mean " + " or ".join(repr(match) for match in close) + "?"
-    if not names:
-        return ""
+    return "did you mean " + " or ".join(repr(match) for match in close) + "?" if close else ""
+
+
+def nearest(wanted: object, known: Iterable[str]) -> str:
+    """Hint with the known names closest to a wanted one, or with all known names if there are few."""
+    names = sorted(set(known))
+    hint = close_names(wanted, names)
+    if hint or not names:
+        return hint
     listed = ", ".join(names)
     return f"known: {listed}" if len(listed) <= _LONGEST else f"known: {', '.join(names[:8])}, ..., {len(names)} in all"
 

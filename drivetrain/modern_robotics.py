@@ -141,9 +141,8 @@ def ForwardDynamicsTrajectory(
     """Positions and speeds due to joint torques, (N, n) each, by the explicit Euler method; section 8.11.
 
     The torques of a row are constant for ``dt``, in ``intRes`` steps; those of the last row are not used. The error is
-    of
-    first order only: a falling UR5 with 100 steps per second gains energy, and after three seconds its error is some
-    radians. ``drivetrain.simulate_passive`` has better methods.
+    of first order only: a falling UR5 with 100 steps per second gains energy, and after three seconds its error is
+    some radians. ``drivetrain.simulate_passive`` has better methods.
     """
     chain = _chain(Mlist, Glist, Slist, g)
     turns = checked_number(intRes, "intRes", "-")

@@ -16,6 +16,7 @@ LEAST = 1e-9
 INSIDE = 1e-3  # the same ratio where the search starts: from the limit, as of a point mass, it would not get away
 FIRST = 1e-4  # friction from which the search starts where it is zero: there the slope of its square root vanishes
 LOWER = np.tril_indices(4)
+DEPENDENT = 1e-8  # share of the largest column below which a column of torques is none of its own
 
 
 def pseudo_inertias(parameters: Array) -> Array:
@@ -185,16 +186,16 @@ class BaseParameters(NamedTuple):
     combined: Array  # factors of all parameters in each combination, (r, p)
 
 
-def base_parameters(rows: Array, tolerance: float = 1e-8) -> BaseParameters:
+def base_parameters(rows: Array) -> BaseParameters:
     """The base parameters of rows (m, p), by rank-revealing QR; Gautier, J. Robotic Systems 8 (1991) 485-506."""
     from scipy.linalg import qr, solve_triangular
 
     size = np.sqrt(np.sum(rows**2, axis=0))
-    excited = size > tolerance * size.max()
+    excited = size > DEPENDENT * size.max()
     scaled = rows / np.where(excited, size, 1.0) * excited
     triangle, order = qr(scaled, mode="r", pivoting=True)
     diagonal = np.abs(np.diag(triangle))
-    rank = int(np.sum(diagonal > tolerance * diagonal[0]))
+    rank = int(np.sum(diagonal > DEPENDENT * diagonal[0]))
     combined = np.zeros((rank, rows.shape[1]))
     combined[:, order[:rank]] = np.eye(rank)
     rest = order[rank:]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.errors import Fault, Faults, InputError, nearest
+from drivetrain.errors import Fault, Faults, InputError, close_names, nearest
 from drivetrain.units import number_of, split_header, to_si
 from drivetrain.whole_files import read_text
 
@@ -207,8 +207,8 @@ def _converted(column: Column, units: tuple[str, ...], faults: Faults) -> Found 
 
 
 def _unknown(column: Column, known: Iterable[str], faults: Faults, notes: list[str]) -> None:
-    hint = nearest(column.name.casefold(), known)
-    if hint.startswith("did you mean"):
+    hint = close_names(column.name.casefold(), known)
+    if hint:
         faults.add(f"column {column.header}", "is no column known here", column.name, hint)
     else:
         notes.append(f"column {column.header} is not used")

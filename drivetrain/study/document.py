@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from drivetrain.errors import Fault, InputError, nearest, plain, raise_faults
+from drivetrain.errors import Fault, InputError, close_names, nearest, plain, raise_faults
 from drivetrain.whole_files import read_bytes
 
 Place = tuple[str | int, ...]  # keys and list positions from the top, such as ("joints", "elbow", "drive")
@@ -94,19 +94,19 @@ def _content(file: Path) -> bytes:
         content = read_bytes(file, _LARGEST)
         content.decode("utf-8")
     except FileNotFoundError:
-        close = nearest(file.name, [one.name for one in file.parent.glob("*.y*ml")])
-        hint = close if close.startswith("did you mean") else "drivetrain init writes one"
+        written = [one.name for one in file.parent.glob("*.y*ml")]
+        hint = close_names(file.name, written) or "drivetrain init writes one"
         raise InputError(Fault("the study file", "does not exist", str(file), hint)) from None
     except IsADirectoryError:
         inside = sorted(one.name for one in file.glob("*.y*ml"))[:_MOST_NAMED]
         hint = f"it holds {', '.join(inside)}" if inside else "drivetrain init writes a study"
         raise InputError(Fault("the study file", "is a folder", str(file), hint)) from None
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"byte {error.start}", "the file must be UTF-8 text", file=str(file))) from None
     except InputError:
         raise
     except (OSError, ValueError) as error:  # no right to read it, or no name that a file can have
-        if not isinstance(error, UnicodeDecodeError):
-            raise InputError(Fault("the study file", f"cannot be read: {error}", str(file))) from None
-        raise InputError(Fault(f"byte {error.start}", "the file must be UTF-8 text", file=str(file))) from None
+        raise InputError(Fault("the study file", f"cannot be read: {error}", str(file))) from None
     return content
 
 

@@ -17,7 +17,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from drivetrain.errors import Fault, InputError, PhysicsWarning, nearest
+from drivetrain.errors import Fault, InputError, PhysicsWarning, close_names, nearest
 from drivetrain.study.document import Document, Place, spelled
 from drivetrain.study.form import Form
 from drivetrain.study.parts.rules import GearRow, MotorRow
@@ -96,8 +96,7 @@ def _faults(document: Document, details: ErrorDetails) -> list[tuple[Place, Faul
         return [(place, document.fault(place, problem, shown, first.hint))]
     if kind in ("literal_error", "enum"):
         names = [word or number for word, number in re.findall(r"'([^']*)'|(\d+)", context["expected"])]
-        hint = nearest(str(found), names)
-        hint = hint if hint.startswith("did you mean") else ""  # the problem already lists all of them
+        hint = close_names(found, names)  # the problem already lists all of them
         return [(place, document.fault(place, f"must be {context['expected']}", _shown(found), hint))]
     words = _WORDS.get(kind, details["msg"][:1].lower() + details["msg"][1:])
     hint = INERTIA if kind.startswith("model") and place[-1:] == ("inertia",) else ""
