@@ -127,18 +127,21 @@ def rms(values: Array, weights: Array) -> float:
 
 
 def _deviation(name: str, series: Mapping[str, Array]) -> Array:
-    """Deviation of a joint from its command [rad or m], (N,); zero without a command."""
+    """Deviation of a joint from its command [rad or m], (N,); NaN without a command."""
     position = series[f"{name}.position"]
-    return position - series.get(f"{name}.command_position", position)
+    return position - series.get(f"{name}.command_position", np.full(len(position), np.nan))
 
 
 def _tip_deviation(scene: Scene, series: Mapping[str, Array]) -> float:
-    """Largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m]."""
-    if not isinstance(scene.body, Arm):
-        return float(max(np.abs(_deviation(name, series)).max() for name in scene.joints))
+    """Largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m].
+
+    NaN unless every joint has a command.
+    """
+    off = np.column_stack([_deviation(name, series) for name in scene.joints])
+    if not isinstance(scene.body, Arm) or np.isnan(off).any():
+        return float(np.abs(off).max())
     q = np.column_stack([series[f"{name}.position"] for name in scene.joints])
-    commanded = q - np.column_stack([_deviation(name, series) for name in scene.joints])
-    distance = _tip_position(scene.body, q) - _tip_position(scene.body, commanded)
+    distance = _tip_position(scene.body, q) - _tip_position(scene.body, q - off)
     return float(np.linalg.norm(distance, axis=1).max())
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from drivetrain.accuracy.auto import COARSE, choose_effects
 from drivetrain.accuracy.costs import interval_of
@@ -12,6 +15,7 @@ from drivetrain.accuracy.scenes import full_scene, wanted_scene, without
 from drivetrain.accuracy.verify import refuse_resumed, scaled, verified
 from drivetrain.drive.drive import Drive
 from drivetrain.errors import Fault, InputError
+from drivetrain.motion.duty_cycle import GAP_ALLOWED
 from drivetrain.simulation import run
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.engine import Engine, Progress
@@ -25,7 +29,7 @@ from drivetrain.sizing.as_one import judged_to_run
 from drivetrain.sizing.judge.evaluate import Given, evaluate, evaluate_drives
 from drivetrain.sizing.results import Evaluation, Selection, every_drive
 from drivetrain.sizing.search.search import select
-from drivetrain.solvers.solver import Rodas5P, Solver
+from drivetrain.solvers.solver import Rodas5P, Solver, check_positive
 from drivetrain.study.model import Study
 from drivetrain.study.parts.mounting import motor_pairs
 from drivetrain.study.parts.simulation import KNOWN_EFFECTS, Simulation
@@ -63,7 +67,8 @@ def simulate(
         drives: For a study, the drives by joint name: ``Drive`` objects, or keys of (motor, gear).
         solver: The engine; None: that of the study, or fixed implicit steps of 1 ms. A solver that runs compiled, such
             as Rodas5P(rtol=1e-6), selects the adaptive engine with this solver.
-        duration: Duration of the run, instead of that of the scene [s].
+        duration: Duration of the run, instead of that of the scene [s]; a study's cycle is repeated within it, if it is
+            closed.
         interval: Time between two output rows [s]; None: 10 ms for a scene; 1 ms for a study, longer for a long cycle.
         resume: A recording of the same scene that ended earlier or was stopped; the run continues from its end.
         progress: Called with the finished share after every few thousand steps; returning False stops the run.
@@ -89,6 +94,9 @@ def simulate(
     else:
         evaluation = judged_to_run(_evaluation(scene, drives))
         settings = evaluation.study.simulation
+        if duration is not None:
+            check_positive("duration", duration, "s")
+            settings = repeated_within(evaluation.study, settings, duration)
         built = study_scene(evaluation, settings)
         ready, basis = built.scene, basis_of(built.full, evaluation)
         usual = interval_of(built.scene.duration if duration is None else duration) if interval is None else interval
@@ -154,6 +162,17 @@ def study_scene(
         return StudyScene(full, without(full, ()), f"all effects that the data sheets have values for{pairs}")
     left = [name for name in KNOWN_EFFECTS if name not in settings.effects]
     return StudyScene(full, wanted_scene(full, settings.effects, settings.add), f"without {', '.join(left)}{pairs}")
+
+
+def repeated_within(study: Study, settings: Simulation, duration: float) -> Simulation:
+    """The settings with as many repetitions of the cycle as fill a duration [s], at least as many as stated.
+
+    An open cycle is run as often as stated.
+    """
+    cycle = study.cycle
+    if study.arm is not None and np.abs(cycle.position[-1] - cycle.position[0]).max() > GAP_ALLOWED:
+        return settings
+    return replace(settings, repetitions=max(settings.repetitions, math.ceil(duration / cycle.duration - 1e-9)))
 
 
 def _pairs_text(evaluation: Evaluation) -> str:

@@ -188,7 +188,7 @@ def _run_study(
     """Simulate a study's cycle with its drives and write the results; returns whether all checks are satisfied."""
     from drivetrain.accuracy.costs import interval_of
     from drivetrain.accuracy.decision import basis_of, decision
-    from drivetrain.accuracy.study_run import engine_of, run_scene, study_scene
+    from drivetrain.accuracy.study_run import engine_of, repeated_within, run_scene, study_scene
     from drivetrain.accuracy.verify import refuse_resumed
     from drivetrain.report.pages.simulation_page import SimulationFound, simulation_lines, simulation_report
     from drivetrain.simulation.planning.plan import plan
@@ -217,7 +217,7 @@ def _run_study(
     )
     result, options = chosen(loaded, runs=True), replace(loaded.simulation, **stated)
     if seconds is not None:
-        options = replace(options, repetitions=_repetitions(loaded, options.repetitions, seconds))
+        options = repeated_within(loaded, options, seconds)
     with working("choosing effects") as step:
         built = study_scene(result, options, progress=step)
     ready = plan(built.scene if seconds is None else replace(built.scene, duration=seconds))
@@ -238,18 +238,6 @@ def _run_study(
     write_page(loaded, out, {"simulation.html": page})
     _save(recording, out or report_folder(loaded.name))
     return recording.stopped_by is None and (decided is None or decided.verdict is not Verdict.FAIL)
-
-
-def _repetitions(study: Study, stated: int, seconds: float) -> int:
-    """How often the cycle is run within a simulated time, at least as often as stated; an open one as stated."""
-    import numpy as np
-
-    from drivetrain.motion.duty_cycle import GAP_ALLOWED
-
-    cycle = study.cycle
-    if study.arm is not None and np.abs(cycle.position[-1] - cycle.position[0]).max() > GAP_ALLOWED:
-        return stated
-    return max(stated, math.ceil(seconds / cycle.duration - 1e-9))
 
 
 def _given(text: str | None, scene: Plan) -> str | dict[str, float]:

@@ -238,17 +238,20 @@ def struck_torques(inertia: Array, stiffness: Array, speed: Array, excess: Array
     speed would, at whatever time, so the amplitudes of all changes add up at most. For one joint, this is the amplitude
     ``w sqrt(K J)`` of a link that is stopped at once, and that of a release from its load.
 
-    ``inertia`` is that at the joints, (S, n, n); ``stiffness`` the largest one of each spring, NaN if unknown, whose
-    torques are not bounded; ``speed`` and ``excess`` those before the stop, the torques less those at rest, (S, n). The
-    bound is on what is added to the torques at rest.
+    ``inertia`` is that at the joints, (S, n, n); ``stiffness`` the largest one of each spring, infinite where rigid,
+    NaN if unknown; ``speed`` and ``excess`` those before the stop, the torques less those at rest, (S, n). The bound is on
+    what is added to the torques at rest: infinite for a rigid spring, and for all that the inertia couples to one of
+    unknown stiffness, as both may be in resonance.
 
     Reference: modal superposition with ``y = sqrt(K) x`` for the wind-ups x: ``A y'' + y = 0``, A = inertia over the
     roots of the stiffnesses, with the eigenvalues 1/omega^2.
     """
-    unknown = np.isnan(stiffness)
-    root = np.sqrt(np.where(unknown, RIGID * np.nanmax(stiffness, initial=1.0), stiffness))
+    unknown, elastic = np.isnan(stiffness), np.isfinite(stiffness)
+    rigid = RIGID * np.max(stiffness, initial=1.0, where=elastic)
+    root = np.sqrt(np.where(elastic, stiffness, rigid))
     squares, modes = np.linalg.eigh(inertia / root / root[:, None])
     share, onto = np.abs(modes), np.abs(modes).swapaxes(1, 2)
     struck = np.sqrt(np.maximum(squares, 0.0))[..., None] * (onto @ np.abs(root * speed)[..., None])
     torque = root * (share @ (struck + onto @ np.abs(excess / root)[..., None]))[..., 0]
-    return np.where(unknown, np.inf, torque)
+    coupled = np.linalg.matrix_power(inertia != 0.0, len(stiffness))  # also over other springs
+    return np.where(~elastic | coupled[..., unknown].any(axis=-1), np.inf, torque)

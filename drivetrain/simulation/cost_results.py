@@ -23,7 +23,7 @@ class JointDecision:
     # maximum in the periodic steady state of the cycle [C]; NaN if the data sheet does not allow to compute it
     winding_temperature: float
     ambient: float  # ambient temperature [C]
-    deviation: float  # largest deviation from the commanded position [rad or m]
+    deviation: float  # largest deviation from the commanded position [rad or m]; NaN without a command
 
     @property
     def rise(self) -> float:
@@ -36,7 +36,8 @@ class Decision:
     """The decision quantities of a set of drives in a simulated cycle."""
 
     joints: Mapping[str, JointDecision]  # by joint name
-    # largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m]
+    # largest distance of the tip from its commanded position [m]; without an arm that of the joint [rad or m];
+    # NaN unless every joint has a command
     tip_deviation: float
     # the study's checks with requirements from the simulation, by joint; empty without a study
     checks: Mapping[str, tuple[Check, ...]] = field(default_factory=dict)

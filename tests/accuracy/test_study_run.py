@@ -83,6 +83,17 @@ def test_the_command_writes_what_python_runs(tmp_path: Path, door: dt.Study) -> 
     _same(load_recording(tmp_path / "recording.npz"), dt.simulate(door))
 
 
+def test_a_longer_run_repeats_the_cycle(door: dt.Study) -> None:
+    """As with repetitions of the study, and with --duration of the command."""
+    twice = replace(door, simulation=replace(door.simulation, repetitions=2))
+    longer = dt.simulate(door, drives=DRIVE, duration=26.0, interval=0.01)
+    _same(longer, dt.simulate(twice, drives=DRIVE, interval=0.01))
+    again = longer["hinge.command_position"][longer.time >= 13.0]
+    assert np.ptp(again) == pytest.approx(np.ptp(longer["hinge.command_position"]), rel=1e-6)
+    with pytest.raises(InputError, match="duration"):
+        dt.simulate(door, drives=DRIVE, duration=-1.0)
+
+
 @pytest.mark.parametrize(
     ("drives", "told"),
     [

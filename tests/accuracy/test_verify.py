@@ -10,11 +10,14 @@ import pytest
 
 import drivetrain as dt
 from drivetrain.drive.motor import Motor
+from drivetrain.effects.control.commanded_motion import CommandedMotion
+from drivetrain.effects.control.computed_torque import ComputedTorque
 from drivetrain.effects.loads.wall_spring import WallSpring
 from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import FullRotor
 from drivetrain.errors import InputError
+from drivetrain.motion.motion import Motion
 from drivetrain.simulation.cost_results import Decision, JointDecision
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
 from drivetrain.simulation.engines.fixed_step import FixedStep
@@ -69,7 +72,8 @@ def test_verify_runs_once_more_and_compares(solver: FixedStep | AdaptiveStep) ->
     run = dt.simulate(swinging(), solver=solver, interval=0.02, verify=True)
     dense = [dt.simulate(swinging(), solver=one, interval=1e-3) for one in (solver, solver.finer())]
     assert run.verified["joint.peak_current"] == tuple(np.abs(one["joint.current"]).max() for one in dense)
-    assert {"joint.rms_current", "joint.rms_torque", "joint.deviation", "tip_deviation"} <= set(run.verified)
+    assert {"joint.rms_current", "joint.rms_torque"} <= set(run.verified)
+    assert not {"joint.deviation", "tip_deviation"} & set(run.verified)  # nothing commands the joint
     there = np.interp(dense[0].time, dense[1].time, dense[1]["joint.position"])  # nothing commands the joint
     changed = np.abs(there - dense[0]["joint.position"]).max() / np.ptp(there)
     (detail,) = warnings(run, "verify")
@@ -123,6 +127,19 @@ def test_a_motion_without_a_command_is_verified() -> None:
     assert "FixedStep(0.025 s) changes joint.position along the motion by" in detail
     assert warnings(run, "step") == warnings(dt.simulate(pendulum, solver=FixedStep(0.05)), "step") != []
     assert not warnings(dt.simulate(pendulum, solver=AdaptiveStep(), verify=True), "verify")
+
+
+def test_only_a_commanded_motion_has_a_deviation() -> None:
+    arm = dt.with_rotors(dt.load_arm("planar-2r"), [None, None])
+    time = np.linspace(0.0, 0.2, 201)[:, None] * np.ones(2)
+    move = Motion("lift", arm.joint_names, time[:, 0], 0.1 * time**2, 0.2 * time, np.full((201, 2), 0.2))
+    led = (CommandedMotion(move), ComputedTorque(50.0, tuple((name, 0.05) for name in arm.joint_names)))
+    rotor, motor = FullRotor(1e-5, 50.0), MotorCurrent(Motor("m", 0.5, 0.05))
+    for own, of_scene, known in (((rotor,), (), False), ((rotor, motor), led, True)):
+        scene = Scene(arm, {**dict.fromkeys(arm.joint_names, own), "scene": of_scene}, 0.2)
+        run = dt.simulate(scene, verify=True)
+        deviations = {f"{name}.deviation" for name in arm.joint_names} | {"tip_deviation"}
+        assert deviations & set(run.verified) == (deviations if known else set())
 
 
 @pytest.mark.parametrize("order", [1, -1])

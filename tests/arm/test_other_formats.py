@@ -127,6 +127,29 @@ def test_drake_reads_the_same_arm(tmp_path: Path) -> None:
         np.testing.assert_allclose(inverse_dynamics(arm, q, [0, 0], [0, 0]), gravity, atol=1e-10)
 
 
+@pytest.mark.parametrize("frame", ["claw", "post", "base"])
+def test_a_frame_of_an_sdf_is_the_tip(tmp_path: Path, frame: str) -> None:
+    """A frame on the last link, on the first of two, and a link: against the pose that Drake computes."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    path, at = tmp_path / "crane.sdf", {"claw": "boom", "post": "post"}.get(frame, "base")
+    tool = f'<frame name="tool" attached_to="{at}"><pose>0.1 0.2 -0.3 0.4 -0.5 0.6</pose></frame></model>'
+    path.write_text(SDF.replace("</model>", tool))
+    if at == "base":
+        with pytest.raises(InputError, match="no movable joint between"):
+            load_arm(path, tip="tool")
+        return
+    arm, plant = load_arm(path, tip="tool"), MultibodyPlant(time_step=0.0)
+    Parser(plant).AddModels(str(path))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    for q in np.random.default_rng(6).uniform(-1.0, 1.0, (3, 2)):
+        plant.SetPositions(context, q)
+        wanted = plant.GetFrameByName("tool").CalcPoseInWorld(context).GetAsMatrix4()
+        np.testing.assert_allclose(tip_pose(arm, q[: arm.n]), wanted, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("file", "change", "told"),
     [

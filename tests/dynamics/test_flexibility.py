@@ -287,6 +287,19 @@ def test_the_torque_of_a_struck_spring():
     found = struck_torques(inertia, stiffness, np.array([[2.0], [0.0]]), np.array([[3.0], [-7.0]]))
     np.testing.assert_allclose(found, [[3.0 + 2.0 * np.sqrt(2e4 * 0.5)], [7.0]], rtol=1e-12)
     assert struck_torques(inertia, np.array([np.nan]), np.ones((2, 1)), np.ones((2, 1))).tolist() == [[np.inf]] * 2
+    assert struck_torques(inertia, np.array([np.inf]), np.ones((2, 1)), np.ones((2, 1))).tolist() == [[np.inf]] * 2
+
+
+def test_a_spring_coupled_to_one_of_unknown_stiffness_has_no_bound():
+    """Of four springs, the third is unknown and coupled to the second, this to the first; the fourth is apart."""
+    inertia = np.array([[1.0, 0.3, 0.0, 0.0], [0.3, 1.0, 0.4, 0.0], [0.0, 0.4, 1.0, 0.0], [0.0, 0.0, 0.0, 0.5]])
+    speed, excess = np.array([[0.2, -1.0, 3.0, 2.0]]), np.array([[1.0, 2.0, -30.0, 3.0]])
+    unknown = struck_torques(inertia[None], np.array([2e4, 1e4, np.nan, 2e4]), speed, excess)[0]
+    np.testing.assert_allclose(unknown, [np.inf, np.inf, np.inf, 3.0 + 2.0 * np.sqrt(2e4 * 0.5)], rtol=1e-12)
+    # A rigid one loads them less than the worst of the others.
+    stiffness = [np.array([2e4, 1e4, k, 2e4]) for k in (np.inf, *np.geomspace(1e2, 1e6, 20))]
+    known = np.array([struck_torques(inertia[None], one, speed, excess)[0, :2] for one in stiffness])
+    assert np.isfinite(known).all() and (known[1:].max(axis=0) > 1.5 * known[0]).all()
 
 
 @pytest.mark.parametrize("hardening", [1.0, 2.5])

@@ -41,8 +41,8 @@ def load_arm(source: str | Path, *, tip: str | None = None, gravity: Any = None)
     Args:
         source: Name of a built-in arm, or path of a URDF (``.urdf``, ``.xacro``), SDF (``.sdf``) or MJCF (``.xml``)
             file; ``package://NAME/...`` is searched in the folders of ROS (ROS_PACKAGE_PATH, AMENT_PREFIX_PATH).
-        tip: Name of the link that is the end effector, or of a site in an MJCF file. None: the end of the chain, if
-            there is only one.
+        tip: Name of the link that is the end effector, or of a site in an MJCF or a frame in an SDF file. None:
+            the end of the chain, if there is only one.
         gravity: Acceleration of free fall in the base frame [m/s^2], (3,). None: that of an MJCF or SDF file, else 9.81
             along -z (planar-2r: -y).
 
@@ -82,7 +82,7 @@ def _model_of(path: Path, tip: str | None = None) -> tuple[UrdfModel, Any]:
     tag = read_document(path).tag if path.suffix.lower() in (".xml", ".sdf", ".mjcf") else "robot"
     if tag == "mujoco":
         return read_mjcf(path, tip)
-    return read_sdf(path) if tag == "sdf" else (read_model(path), None)
+    return read_sdf(path, tip) if tag == "sdf" else (read_model(path), None)
 
 
 def packaged_file(address: str) -> Path:

@@ -25,10 +25,11 @@ KINDS = {
 }  # fmt: skip
 
 
-def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
+def read_sdf(path: Path, tip: str | None = None) -> tuple[UrdfModel, Array | None]:
     """The contents of an SDF file with one model, and the gravity of its world [m/s^2] or None.
 
-    The frame of a link is moved to its joint; all parts that cannot be read as an arm are faults.
+    The frame of a link is moved to its joint; all parts that cannot be read as an arm are faults. If no link but a
+    frame has the name of the wanted tip, the frame is a link without mass.
 
     Reference: SDFormat, http://sdformat.org/spec, and its document on pose frame semantics.
     """
@@ -73,6 +74,10 @@ def read_sdf(path: Path) -> tuple[UrdfModel, Array | None]:
     notes += [f"link {name}: no <inertial>, so 1 kg and 1 kg m^2 about each axis, SDF's default" for name in bare]
     afloat = [name for name, one in links.items() if _text(one, "gravity").lower() in ("false", "0")]
     notes += [f"link {name}: <gravity> not used: the drives must carry its weight" for name in afloat]
+    if tip in {one.get("name") for one in model.findall("frame")} and tip not in found:
+        at = places.link(tip)
+        held = fixed_joint(f"{tip}_fixed", at, tip, inverse_pose(own.get(at, places.of(at))) @ places.of(tip))
+        joints[held.name], found[tip] = held, None
     pins = sum(one.tag == PIN for one in model)
     notes += [f"{pins} pins of closed loops are left out: state them as closures"] if pins else []
     return UrdfModel(model.get("name", path.stem), str(path), found, joints, drives, (), tuple(notes)), gravity

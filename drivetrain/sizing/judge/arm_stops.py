@@ -102,7 +102,7 @@ class _Driven:
     meshes: tuple[Any, ...]
     shafts: tuple[Any, ...]
     springs: Array  # gear springs for the oscillation, in the order of ``StiffSpring``, (n, 5)
-    stiffest: Array  # largest slope of each spring [N m/rad], NaN if unknown, (n,)
+    stiffest: Array  # largest slope of each spring [N m/rad], infinite for a direct drive, NaN if unknown, (n,)
     drag: tuple[float, ...]  # temperature factor of each gear's drag
     # Torque factors of the meshes for power from motor to load and from load to motor, (n,).
     driving: Array
@@ -190,11 +190,17 @@ def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     return _Driven(
         study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
         meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
-        np.array([swing_spring(one) for one in gears]), np.array([stiff_spring(one).slope_3 for one in gears]),
+        np.array([swing_spring(one) for one in gears]), _stiffest(every, gears),
         tuple(float(drag_factor(one, coldest)) for one in meshes),
         driving, driven, np.array([onward(one) for one in gears]),
         np.array([stage_load(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
     )  # fmt: skip
+
+
+def _stiffest(drives: list[Drive], gears: tuple[Any, ...]) -> Array:
+    """Largest slope of the spring of each drive [N m/rad], (n,): infinite for a direct drive, NaN if unknown."""
+    slopes = np.array([stiff_spring(one).slope_3 for one in gears])
+    return np.where([one.gear.direct for one in drives], math.inf, slopes)
 
 
 def _march(
