@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from numbers import Integral, Real
+from numbers import Real
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def check_keys(study: Study) -> None:
 def _of_numbers(options: SelectionOptions) -> Iterator[Fault]:
     for name in ("sets", "most_motor_types", "most_gear_types"):
         value = getattr(options, name)
-        if value is not None and not (isinstance(value, Integral) and value >= 1):
+        if value is not None and not (isinstance(value, int | np.integer) and value >= 1):
             yield Fault(f"wanted.{name}", "must be a whole number, 1 or more", value)
     if options.holds is not None and not (isinstance(options.holds, Real) and 0.0 < options.holds < 1.0):
         yield Fault("wanted.holds", "must be a probability between 0 and 1", options.holds, "such as 0.99")
