@@ -239,9 +239,9 @@ def struck_torques(inertia: Array, stiffness: Array, speed: Array, excess: Array
     ``w sqrt(K J)`` of a link that is stopped at once, and that of a release from its load.
 
     ``inertia`` is that at the joints, (S, n, n); ``stiffness`` the largest one of each spring, infinite where rigid,
-    NaN if unknown; ``speed`` and ``excess`` those before the stop, the torques less those at rest, (S, n). The bound is on
-    what is added to the torques at rest: infinite for a rigid spring, and for all that the inertia couples to one of
-    unknown stiffness, as both may be in resonance.
+    NaN if unknown; ``speed`` and ``excess`` those before the stop, the torques less those at rest, (S, n). The bound is
+    on what is added to the torques at rest: infinite for a rigid spring, and for all that the inertia couples to one
+    of unknown stiffness, as both may be in resonance.
 
     Reference: modal superposition with ``y = sqrt(K) x`` for the wind-ups x: ``A y'' + y = 0``, A = inertia over the
     roots of the stiffnesses, with the eigenvalues 1/omega^2.
