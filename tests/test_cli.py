@@ -227,7 +227,7 @@ def test_currents_in_an_amplifiers_numbers(run: Run, write: Write, tmp_path: Pat
     asked = ("--scale", "cia402", "--basis", "rms", "--full-scale", "door=6 A")
     assert run("currents", write(), *asked, "--out", "c.h")[0] == 0
     text = (tmp_path / "c.h").read_text(encoding="utf-8")
-    assert "0x6075 = 6000 mA rms" in text and "int16_t" in text
+    assert "0x6075 = 6000 mA dc" in text and "int16_t" in text  # a brushed motor
     for wrong, told in (
         (("--full-scale", "6 A"), "needs --scale"),
         (("--rate", "3 s"), "Hz"),

@@ -329,7 +329,7 @@ def test_a_changed_force_is_that_of_a_study_that_states_it(force):
 
 def shop(force: float, **changes) -> dt.study.Study:
     """The slides, each with one of five motors of 0.4 to 1.6 N m, the heavier the stronger."""
-    own = slides(EARTH, downwards(force))
+    own = slides(EARTH, downwards(force), stop={"ramp": "0.15 s"})
     row = own.catalog.motors["m"]
     motors = {
         f"m{k}": replace(
@@ -350,10 +350,10 @@ def shop(force: float, **changes) -> dt.study.Study:
 
 
 def test_the_curve_over_the_force_is_the_selection_at_each():
-    found = dt.optimum_curve(shop(100.0), "force", ("20 %", "320 %"), points=7)
+    found = dt.optimum_curve(shop(100.0), "force", ("20 %", "320 %"), points=4)
     assert found.now == 100.0 and found.unit == "%" and len(found.pieces) >= 3
     for point in found.points:
-        assert point.drives == dt.select(shop(point.value)).evaluation.drives or not point.drives, point.value
+        assert point.drives == dt.select(shop(point.value), advise=False).drives, point.value
     for piece in found.pieces[:-1]:  # within the stated accuracy of the breakpoints
         ends = [dt.evaluate(shop(piece.high + sign * 1e-3), piece.drives).feasible for sign in (-1, 1)]
         assert ends == [True, False]
