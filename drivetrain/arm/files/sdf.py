@@ -74,7 +74,7 @@ def read_sdf(path: Path, tip: str | None = None) -> tuple[UrdfModel, Array | Non
     notes += [f"link {name}: no <inertial>, so 1 kg and 1 kg m^2 about each axis, SDF's default" for name in bare]
     afloat = [name for name, one in links.items() if _text(one, "gravity").lower() in ("false", "0")]
     notes += [f"link {name}: <gravity> not used: the drives must carry its weight" for name in afloat]
-    if tip in {one.get("name") for one in model.findall("frame")} and tip not in found:
+    if tip is not None and tip not in found and tip in {one.get("name") for one in model.findall("frame")}:
         at = places.link(tip)
         held = fixed_joint(f"{tip}_fixed", at, tip, inverse_pose(own.get(at, places.of(at))) @ places.of(tip))
         joints[held.name], found[tip] = held, None
