@@ -33,9 +33,9 @@ class WorkFamily:
 
     def at(self, change: TaskChange) -> Workload:
         """The loads of the changed task."""
-        if change.force != 1.0:
-            return workload(changed(self.study, change))
         study = changed(self.study, change)
+        if change.force != 1.0:
+            return workload(study)
         if study.arm is None:
             return Workload(study, (), study.cycle.weights)
         share, slower = change.payload, 1.0 / change.time**2

@@ -54,8 +54,11 @@ def sources(study: Study) -> tuple[Source, ...]:
     found = [Source(name, task.name) for task in study.joints for name in PARTS if name in given]
     if "payload" in given and study.arm is not None:
         found += [Source("payload", body.name) for body in study.payloads if body.mass > 0.0]
-    found += [Source("ambient")] if "ambient" in given else []
-    return (*found, Source("force")) if "force" in given and study.cycle.tip_wrench is not None else tuple(found)
+    if "ambient" in given:
+        found.append(Source("ambient"))
+    if "force" in given and study.cycle.tip_wrench is not None:
+        found.append(Source("force"))
+    return tuple(found)
 
 
 def check_seed(seed: int) -> list[Fault]:
