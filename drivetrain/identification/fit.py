@@ -23,7 +23,7 @@ from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, Mask, checked_array, read_only
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, shaft_friction
-from drivetrain.drive.friction import FRICTIONLESS, Friction, direction, friction_torque
+from drivetrain.drive.friction import FRICTIONLESS, Friction, FrictionCurve, direction, friction_at, friction_curve
 from drivetrain.drive.gear import NO_GEAR, complete, drag_torque, mesh_of
 from drivetrain.dynamics.from_positions import rates_from_positions
 from drivetrain.dynamics.inverse import joint_loads
@@ -188,9 +188,9 @@ def identify(
         raise InputError(Fault("recording", f"needs at least {FOLDS * (2 * gap + 10)} samples", len(time)))
     before = (measured - known - _model(prior, motion).given) * used
     spread = np.maximum(_rms(before, used), 1e-6 * np.maximum(np.abs(measured).max(axis=0), 1.0))
-    new_friction = prior.friction
+    new_friction, beyond, regressor = prior.friction, np.zeros(measured.shape), torque_regressor(arm, *motion)
     for _ in range(PASSES if load_friction or prior.drives else 1):
-        model, columns = _linear(prior, new_friction, motion, moves, links, load_friction)
+        model, columns = _linear(prior, new_friction, motion, regressor, beyond, moves, links, load_friction)
         given = model.given + known
         weighted, wanted = columns.matrix / spread[:, None] * used[:, :, None], (measured - given) / spread * used
         problem = problem_of(weighted, wanted, columns.friction, FOLDS, gap)
@@ -198,6 +198,8 @@ def identify(
         weights = problem.best_weights(everything)
         change = problem.consistent_change(everything, weights, columns.prior - columns.least, bodies)
         new_friction = _with_friction(prior.friction, change[columns.laws :])
+        inertial = _inertial(columns.links)
+        beyond = regressor[:, :, inertial] @ change[: len(inertial)]
     found, left = columns.prior + change, wanted - weighted @ change
     new_arm = _with_bodies(prior, columns, found)
     whole = study if isinstance(study, Study) else None
@@ -342,49 +344,57 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
     return np.asarray((recording.current * np.asarray(constants)) @ turns)
 
 
-def _model(prior: _Prior, motion: list[Array]) -> _Model:
-    """Torques predicted by the prior, with losses by the direction of power; the transition near rest is smooth."""
+def _model(prior: _Prior, motion: list[Array], beyond: Array | float = 0.0) -> _Model:
+    """Torques predicted by the prior, with losses by the direction of power; the transition near rest is smooth.
+
+    The direction of power, and the load on which friction depends, are those of an arm whose links need torques at the
+    joints ``beyond`` those of the prior [N m or N], (N, n).
+    """
     arm, travel, study = prior.arm, prior.travel, prior.study
     balance = np.zeros(motion[0].shape)
     for i, task in enumerate(study.joints if study is not None else ()):
         balance[:, i] = -counterbalance_torque(task.counterbalances, motion[0][:, i])
     loads, speed = joint_loads(arm, *motion), shaft_motion(arm, motion[1]) / travel
     load = (loads.gear + shaft_torques(arm, balance)) * travel
-    slow = np.maximum(SLOW * np.abs(speed).max(axis=0), 1e-12)
-    way = np.tanh(speed / slow)
+    near = (loads.gear + shaft_torques(arm, balance + beyond)) * travel
+    way = np.tanh(speed / np.maximum(SLOW * np.abs(speed).max(axis=0), 1e-12))
     sliding, coulomb, through, share, drag = (np.zeros_like(speed) for _ in range(5))
     for i, law in enumerate(prior.friction):
-        smooth = _smooth(law, slow[i])
-        sliding[:, i] = friction_torque(smooth, speed[:, i])
-        coulomb[:, i] = friction_torque(Friction(coulomb=1.0, tanh_speed=smooth.tanh_speed), speed[:, i])
+        curve = friction_curve(law)
+        unit = curve._replace(
+            forward=1.0, backward=1.0, viscous_forward=0.0, viscous_backward=0.0, static_forward=0.0,
+            static_backward=0.0,
+        )  # fmt: skip
+        sliding[:, i], coulomb[:, i] = (_smooth(one, speed[:, i], way[:, i]) for one in (curve, unit))
         gear = replace(prior.drives[i].gear if prior.drives else NO_GEAR, load_friction=law.load_share)
         mesh = mesh_of(as_record(complete(gear)))
-        power = way[:, i] * direction(load[:, i] + sliding[:, i])
+        power = way[:, i] * direction(near[:, i] + sliding[:, i])
         through[:, i] = 0.5 * (mesh.driving + mesh.driven + (mesh.driving - mesh.driven) * power)
         share[:, i] = 1.0 + law.load_share * power  # the factor of ``through`` that grows with the share
         if study is not None and prior.drives:
             turning, temperature = mesh.ratio * speed[:, i], float(study.drag_temperature(study.ambient))
-            shaft = _smooth(shaft_friction(prior.drives[i]), abs(mesh.ratio) * slow[i])
             running = drag_torque(mesh, np.abs(turning), temperature) * way[:, i] * np.sign(mesh.ratio)
-            drag[:, i] = mesh.ratio * (running + friction_torque(shaft, turning))
+            own = _smooth(friction_curve(shaft_friction(prior.drives[i])), turning, way[:, i])
+            drag[:, i] = mesh.ratio * (running + own)
     lost = through * (load + sliding) - load + drag
     given = loads.torque + balance + (lost / travel) @ shaft_turns(arm)
-    laws = np.stack([speed, coulomb, way * np.abs(load + sliding) / share])
+    laws = np.stack([speed, coulomb, way * np.abs(near + sliding) / share])
     return _Model(given, balance, through, laws)
 
 
 def _linear(
-    prior: _Prior, friction: Sequence[Friction], motion: list[Array], moves: Mask, links: Sequence[str] | None,
-    load_friction: bool,
+    prior: _Prior, friction: Sequence[Friction], motion: list[Array], regressor: Array, beyond: Array, moves: Mask,
+    links: Sequence[str] | None, load_friction: bool,
 ) -> tuple[_Model, _Columns]:  # fmt: skip
-    """The model at the prior and its columns, linear in the parameters around ``friction``.
+    """The model at the prior and its columns, linear in the parameters around ``friction`` and links that need torques
+    ``beyond`` those of the prior.
 
     Losses of gears and load-dependent friction also act on the torque of the other friction.
     """
     near = replace(prior, friction=tuple(friction))
-    model = _model(near, motion)
+    model = _model(near, motion, beyond)
     model = model._replace(laws=model.laws * moves)
-    columns = _columns(near, motion, model, links, load_friction)
+    columns = _columns(near, regressor, model, links, load_friction)
     known = np.r_[columns.prior[: columns.laws], _coefficients(prior.friction, list(LAWS)[: 2 + load_friction])]
     return model._replace(given=model.given - columns.matrix @ (columns.prior - known)), replace(columns, prior=known)
 
@@ -394,13 +404,19 @@ def _coefficients(friction: Sequence[Friction], laws: Iterable[str]) -> Array:
     return np.array([getattr(law, name) for name in laws for law in friction], dtype=np.float64)
 
 
-def _smooth(law: Friction, slow: float) -> Friction:
-    """The friction law for speeds with noise: without breakaway, and with a smooth change of sign around zero speed."""
-    return replace(law, static=None, stribeck_speed=None, tanh_speed=max(law.tanh_speed or 0.0, slow))
+def _smooth(curve: FrictionCurve, speed: Array, way: Array) -> Array:
+    """Friction torque for speeds with noise: without breakaway; around rest its dry part changes sign with ``way``."""
+    viscous = np.where(speed > 0.0, curve.viscous_forward, curve.viscous_backward) * speed
+    return np.asarray(viscous + np.abs(way) * (friction_at(curve, speed) - viscous))
+
+
+def _inertial(links: Iterable[int]) -> np.ndarray:
+    """The columns of links in the arm's regressor."""
+    return np.array([10 * link + k for link in links for k in range(10)], int)
 
 
 def _columns(
-    prior: _Prior, motion: list[Array], model: _Model, links: Sequence[str] | None, load_friction: bool
+    prior: _Prior, regressor: Array, model: _Model, links: Sequence[str] | None, load_friction: bool
 ) -> _Columns:
     arm, n, turns = prior.arm, prior.arm.n, shaft_turns(prior.arm)
     unknown = [name for name in links or () if name not in arm.link_names]
@@ -410,9 +426,9 @@ def _columns(
         )
     sought = tuple(i for i in range(n) if links is None or arm.link_names[i] in links)
     mounted = [i for i, rotor in enumerate(arm.rotors) if rotor is not None]
-    inertial = np.concatenate([*(np.arange(10 * i, 10 * i + 10) for i in sought), np.empty(0, np.int64)]).astype(int)
+    inertial = _inertial(sought)
     spinning = np.array([10 * (n + mounted.index(i)) + 9 for i in prior.rotors if links is None], int)
-    matrix, every = torque_regressor(arm, *motion), parameter_names(arm)
+    every = parameter_names(arm)
     # From joint torques without to those with losses of the gears, (N, n, n).
     with_losses = turns.T @ (model.through[:, :, None] * np.linalg.inv(turns).T)
     laws = dict(list(LAWS.items())[: 2 + load_friction])
@@ -424,7 +440,7 @@ def _columns(
     for name, unit in laws.items():
         for joint, turning in zip(arm.joint_names, shafts, strict=True):
             names.append(f"{joint}.{name} [{unit if turning else unit.replace('N m', 'N').replace('rad', 'm')}]")
-    parts = [with_losses @ matrix[:, :, inertial], matrix[:, :, spinning], *extra]
+    parts = [with_losses @ regressor[:, :, inertial], regressor[:, :, spinning], *extra]
     least = np.zeros(len(known))
     least[: len(inertial)] = _contained(prior)[inertial]
     return _Columns(np.concatenate(parts, axis=2), known, names, sought, len(inertial) + len(spinning), least)

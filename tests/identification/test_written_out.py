@@ -13,6 +13,7 @@ import pytest
 from scipy.signal import lfilter
 
 import drivetrain as dt
+from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import complete, mesh_of
 from drivetrain.dynamics.inverse import inverse_dynamics
 from drivetrain.dynamics.regressor import torque_parameters, torque_regressor
@@ -415,7 +416,9 @@ def test_one_link_alone_and_a_joint_without_motion_of_its_torque(short: Any) -> 
 def test_rotors_stay_where_links_are_named(short: Any) -> None:
     measured, guess = short
     prior, motion = fit._prior(guess, None), [measured.position, measured.velocity, measured.acceleration]
-    columns = fit._columns(prior, motion, fit._model(prior, motion), guess.link_names, False)
+    columns = fit._columns(
+        prior, torque_regressor(prior.arm, *motion), fit._model(prior, motion), guess.link_names, False
+    )
     assert columns.laws == 20
     changed = fit._with_bodies(prior, columns, columns.prior * np.r_[np.full(20, 1.5), np.ones(4)])
     assert changed.rotors == guess.rotors
@@ -524,7 +527,7 @@ def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple
     assert (ratio * turned > 0.0).all()
     np.testing.assert_allclose(model.given / ratio, np.array(wanted).T, rtol=1e-6)
     assert (model.balance[:, 0] == 0.0).all() and (model.balance[:, 1] != 0.0).all()
-    columns, step = fit._columns(prior, motion, model, None, True), 1e-5
+    columns, step = fit._columns(prior, torque_regressor(prior.arm, *motion), model, None, True), 1e-5
     both = {"viscous": ("viscous", "viscous_negative"), "coulomb": ("coulomb", "coulomb_negative")}
     for k, name in enumerate(("viscous", "coulomb", "load_share")):
         laws = [
@@ -542,10 +545,13 @@ def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple
 
 
 def test_near_rest_friction_changes_its_sign_smoothly(driven: dt.Study) -> None:
-    """Over a hundredth of the highest speed, and at least over what the law itself says; half the losses at rest."""
-    law = dt.Friction(2.0, 3.0, 4.0, 5.0, static=9.0, stribeck_speed=0.1)
-    assert fit._smooth(law, 0.02) == dt.Friction(2.0, 3.0, 4.0, 5.0, tanh_speed=0.02)
-    assert fit._smooth(dt.Friction(2.0, tanh_speed=0.5), 0.02).tanh_speed == 0.5
+    """Over a hundredth of the highest speed; the fall or rise of the law itself remains; half the losses at rest."""
+    law = friction_curve(dt.Friction(2.0, 3.0, 4.0, 5.0, static=9.0, stribeck_speed=0.1))
+    turning, way = np.array([0.1, -0.1, 0.0]), np.array([0.5, -1.0, 0.0])
+    falls = np.array([0.4 + 0.5 * (2.0 + 7.0 / np.e), -0.5 - (3.0 + 6.0 / np.e), 0.0])
+    np.testing.assert_allclose(fit._smooth(law, turning, way), falls)
+    rises = fit._smooth(friction_curve(dt.Friction(2.0, tanh_speed=0.5)), turning, way)
+    np.testing.assert_allclose(rises, 2.0 * np.tanh(turning / 0.5) * np.abs(way))
     arm = small_arm()
     velocity = np.array([[2.0, -1.0], [0.01, 0.004], [0.0, 0.0]])
     prior = replace(fit._prior(arm, None), friction=(dt.Friction(1.5, viscous=0.3),) * 2)
@@ -580,7 +586,7 @@ def test_sliding_joints_have_units_of_their_own() -> None:
     motion = list(np.random.default_rng(11).normal(size=(3, 5, 2)))
     prior = fit._prior(arm, [dt.Friction(1.0, viscous=2.0)] * 2)
     assert prior.travel.tolist() == [1.0, 1.0]
-    columns = fit._columns(prior, motion, fit._model(prior, motion), None, True)
+    columns = fit._columns(prior, torque_regressor(prior.arm, *motion), fit._model(prior, motion), None, True)
     assert columns.names[-6:] == ["a.viscous [N s/m]", "b.viscous [N m s/rad]", "a.coulomb [N]", "b.coulomb [N m]",
                                   "a.load_share [-]", "b.load_share [-]"]  # fmt: skip
     assert columns.friction.sum() == 6 and columns.friction[-6:].all() and columns.laws == 20
@@ -589,7 +595,7 @@ def test_sliding_joints_have_units_of_their_own() -> None:
     assert turned.travel.tolist() == [0.02, 1.0]
     model = fit._model(turned, motion)
     np.testing.assert_allclose(model.laws[0], motion[1] / [0.02, 1.0])
-    again = fit._columns(turned, motion, model, None, False)
+    again = fit._columns(turned, torque_regressor(turned.arm, *motion), model, None, False)
     assert again.names[-4:] == ["a.viscous [N m s/rad]", "b.viscous [N m s/rad]", "a.coulomb [N m]", "b.coulomb [N m]"]
     np.testing.assert_allclose(again.matrix[:, 0, -4], motion[1][:, 0] / 0.02**2)
     np.testing.assert_allclose(again.matrix[:, 0, -2], model.laws[1][:, 0] / 0.02)
