@@ -107,7 +107,7 @@ def tool_motion(
     q = checked_array(start, (arm.n,), f"{here}: start")
     if not moves:
         raise InputError(Fault(here, "needs at least one move"))
-    _check_moves(moves, here)
+    _check_moves(moves, here, arm)
     law = PROFILES[profile] if isinstance(profile, str) else profile
     bounds = limit_rows(limits or MotionLimits(), arm.n, here)
     blocks, notes = [rest(q, 0.0, 0.0)], []
@@ -129,8 +129,9 @@ def tool_motion(
     return replace(motion, notes=(*motion.notes, *notes))
 
 
-def _check_moves(moves: Sequence[Move], here: str) -> None:
+def _check_moves(moves: Sequence[Move], here: str, arm: Arm) -> None:
     faults = Faults()
+    closed = arm.linkage is not None and not arm.linkage.loops.shared
     for k, move in enumerate(moves):
         place, then = f"{here}: move {k + 1}", moves[k + 1] if k + 1 < len(moves) else None
         numbers = {f"{place}: {one}": (getattr(move, one), "") for one in ("blend", "dwell")}
@@ -138,6 +139,9 @@ def _check_moves(moves: Sequence[Move], here: str) -> None:
             continue
         if move.kind not in ("joints", "to", *ALONG_PATH):
             faults.add(place, "must be one of: joints, to, line, circle", move.kind)
+        elif closed and move.kind != "joints":
+            hint = "state positions of the driven joints: `joints`, waypoints or a file"
+            faults.add(place, "moves of the tool are not computed for arms with closed loops", move.kind, hint)
         if (move.kind == "circle") != (move.via is not None):
             faults.add(f"{place}: via", "a circle needs a point between, and nothing else has one", move.via)
         if move.blend and (move.kind not in ALONG_PATH or then is None or then.kind not in ALONG_PATH or move.dwell):

@@ -283,6 +283,16 @@ def from_dc(current: Values, basis: CurrentBasis | str) -> Values:
     return current / _dc_amperes(basis)
 
 
+def motor_basis(kind: str, basis: CurrentBasis | str) -> CurrentBasis | str:
+    """The convention of the current in a motor's leads on an amplifier of a basis.
+
+    A brushed motor carries direct current, whose RMS value and amplitude are the current itself. How much of it an
+    amplifier rated for sinusoidal phases permits is taken from equal conduction loss of its bridge, as for the DC
+    equivalent: sqrt(3/2) times its RMS amperes. Manufacturers that print both permit more, the amplitude.
+    """
+    return CurrentBasis.DC if kind == "brushed" else basis
+
+
 def torque_constant_to_dc(constant: Values, basis: CurrentBasis | str) -> Values:
     """A printed torque constant converted to the DC equivalent, the inverse of the conversion of currents."""
     return constant / _dc_amperes(basis)

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array
-from drivetrain.drive.amplifier import CurrentBasis, from_dc, to_dc
+from drivetrain.drive.amplifier import CurrentBasis, from_dc, motor_basis, to_dc
 from drivetrain.errors import Fault, Faults, InputError, by_joint, nearest, raise_faults
 from drivetrain.sizing.currents import current_commands
 from drivetrain.sizing.judge.missing import unknown_torques
@@ -88,8 +88,7 @@ def current_scales(
     for name, joint in evaluation.joints.items():
         used = basis or str(joint.amplifier.current_basis)
         used = TORQUE if scale == "cia402" and used == CurrentBasis.DC else used
-        if joint.drive.motor.kind == "brushed" and used != TORQUE:
-            used = str(CurrentBasis.DC)  # of a direct current, RMS value and amplitude are the current itself
+        used = used if used == TORQUE else str(motor_basis(joint.drive.motor.kind, used))
         found[name] = unknown.attempt(_scale, joint, scale, used, given.get(name))
     unknown.raise_any()
     return {name: one for name, one in found.items() if one is not None}

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from drivetrain.arrays import Array, axes_of
-from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc
+from drivetrain.drive.amplifier import CurrentBasis, available_voltage, from_dc, motor_basis
 from drivetrain.drive.drive import drive_inertia, loss_speed, resting, shaft_friction
 from drivetrain.drive.friction import friction_torque
 from drivetrain.drive.gear import complete, drag_torque, mesh_of, mesh_slope, mesh_torque
@@ -114,7 +114,7 @@ def _joint_table(evaluation: Evaluation, joint: JointResult, loads: dict[str, Ar
         "joint": joint.name,
         "current [A]": series.current,
         **{
-            f"phase current {words} [A]": from_dc(series.current, CurrentBasis.DC if motor.kind == "brushed" else basis)
+            f"phase current {words} [A]": from_dc(series.current, motor_basis(motor.kind, basis))
             for words, basis in (("RMS", CurrentBasis.RMS), ("peak", CurrentBasis.PEAK))
         },
         "gear torque current [A]": series.gear_torque / joint.drive.gear.ratio / constant,

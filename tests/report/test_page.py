@@ -198,6 +198,19 @@ def test_currents_are_told_in_the_ampere_of_the_study_too(evaluation: Evaluation
     assert "A rms" not in html_report(evaluation)
 
 
+def test_the_current_of_a_brushed_motor_is_told_as_direct_current(evaluation: Evaluation) -> None:
+    study = evaluation.study
+    rms = tuple(replace(one, amplifier=replace(one.amplifier, current_basis="rms")) for one in study.joints)
+    motors = {key: replace(motor, kind="brushed") for key, motor in study.catalog.motors.items()}
+    found = evaluate(replace(study, joints=rms, catalog=replace(study.catalog, motors=motors)), evaluation.drives)
+    check = next(one for one in found.joints["elbow"].checks if one.name == "amplifier continuous current")
+    assert check.current_basis == "dc" and check.available is not None
+    stated = f"{check.available / math.sqrt(1.5):.4g} A rms of sinusoidal phases"
+    at_loss = f"at equal loss {check.available:.4g} A DC"
+    assert check.source == f"amplifier continuous current of the study: {stated}, {at_loss}"
+    assert "A rms" not in html_report(found).replace("A rms of sinusoidal phases", "")
+
+
 @pytest.mark.parametrize(
     ("sheet", "mounting", "told"),
     [

@@ -102,8 +102,8 @@ def _notes(one: JointLoops) -> tuple[str, ...]:
     return (
         servo,
         f"to simulate with these gains: `simulation: {{control: {{{one.joint}: {{{gains}}}}}}}`",
-        "amperes are those of the equivalent DC machine; for amperes rms of a phase divide by 1.225, for their "
-        "amplitude by 0.866",
+        "amperes are those of the equivalent DC machine, with brushes those of the motor; without brushes divide by "
+        "1.225 for amperes rms of a phase, by 0.866 for their amplitude",
         "the current loop counts as a lag of its bandwidth; resistance and inductance are those between two terminals",
     )
 
@@ -114,7 +114,7 @@ def _gains(one: JointLoops, design: LoopDesign, title: str) -> SheetTable:
     rows = [
         ("position loop, gain", _of(design.position_gain, "1/s"), _of(0.06 * design.position_gain, "(m/min)/mm")),
         ("speed loop, gain", _of(design.speed_gain, "A s/rad"), _of(1e3 * design.speed_gain * PER_RPM, "mA/rpm")),
-        ("speed loop, gain in amperes rms", _of(rms, "A s/rad"), _of(1e3 * rms * PER_RPM, "mA/rpm")),
+        ("speed loop, gain in amperes rms (brushless)", _of(rms, "A s/rad"), _of(1e3 * rms * PER_RPM, "mA/rpm")),
         ("speed loop, gain as torque", _of(design.speed_gain * constant, "N m s/rad"),
          _of(1e3 * design.speed_gain * constant * PER_RPM, "mN m/rpm")),
         ("speed loop, integral time", _of(design.integral_time, "s"), _of(1e3 * design.integral_time, "ms")),

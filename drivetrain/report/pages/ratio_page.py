@@ -221,7 +221,7 @@ def free_ratio_lines(found: FreeRatios) -> list[str]:
             least = min(holding, key=lambda gear: gear.excess)
             beside = f"of the catalogue's, {least.key} loses least, {_excess(least.excess)} of the arm's {found.goal}"
         span = f"{number(one.low)} to {number(one.high)}"
-        lines.append(f"{one.joint}: ratio {number(one.best)}, allowed {span}, {one.verdict}; {beside}")
+        lines.append(f"{one.joint}: ratio {number(one.best)}, {one.verdict}; speed and voltage allow {span}; {beside}")
     return lines
 
 
@@ -239,7 +239,7 @@ def _table(found: FreeRatios) -> SheetTable:
             with_unit(mass, "kg"), chip(one.verdict),
         ))  # fmt: skip
     headings = (
-        "joint", "motor", "best for the arm", "by formula, motor only", "allowed from", "to",
+        "joint", "motor", "best for the arm", "by formula, motor only", "speed and voltage allow from", "to",
         "ended above by", "gear's peak torque", "gear's mass", "checks",
     )  # fmt: skip
     return SheetTable(headings, tuple(rows), "", (2, 3, 4, 5, 7, 8))

@@ -457,7 +457,7 @@ def _safe_current(
     task = study.joints[joint]
     current = low * braking.torque[joint] / _constant(study, drives[task.name])
     text = f"; up to {math.floor(1000.0 * low) / 10.0:g} % of all stop currents keep every gear safe"
-    text += f", {amperes(task.amplifier, current)} at {task.name}" if current > 0.0 else ""
+    text += f", {amperes(task.amplifier, drives[task.name].motor, current)} at {task.name}" if current > 0.0 else ""
     if holds:
         return text
     return f"{text}, and do not stop the arm from some states: let stops follow a ramp (stop: {{ramp: ...}})"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array
-from drivetrain.drive.amplifier import BusPeak, Supply, bus_peak
+from drivetrain.drive.amplifier import BusPeak, Supply, bus_peak, motor_basis
 from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.records import known
 from drivetrain.sizing.judge.checks import CHECKS, GEAR, SUPPLY_CHECKS, TORQUE, Requirement
@@ -27,7 +27,8 @@ def checks_of(op: Operation) -> tuple[Check, ...]:
 
 def as_check(op: Operation, row: Requirement) -> Check:
     """The result of one check of the table for a drive."""
-    factor, basis = op.number(row.factor), op.task.amplifier.current_basis
+    factor = op.number(row.factor)
+    basis = str(motor_basis(op.drive.motor.kind, op.task.amplifier.current_basis))
     if row.stage >= TORQUE and op.missing:
         lack = f"cannot be computed without {op.missing}, not in the catalogue row and not assumed"
         return Check(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drivetrain.drive.amplifier import Amplifier, from_dc
+from drivetrain.drive.amplifier import Amplifier, from_dc, motor_basis
 from drivetrain.drive.brake import Brake
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import Gear, drag_factor, mesh_of, onward, stage_load, torque_exponent
@@ -46,16 +46,26 @@ def printed(op: Any, row: Any) -> Words:
     unknown = not known(op.number(row.limit))
     if part == "amplifier":
         own = op.task.amplifier
+        as_stated = "" if unknown or row.unit != "A" else _as_direct_current(op, op.number(row.limit))
         if own.key:
             return Words(
-                f"{row.sheet} of {sheet_name(own)}", f"{row.sheet} is not in the catalogue row" if unknown else ""
+                f"{row.sheet} of {sheet_name(own)}{as_stated}",
+                f"{row.sheet} is not in the catalogue row" if unknown else "",
             )
         missing = f"the study states no amplifier {row.sheet}" if unknown else ""
-        return Words(f"amplifier {row.sheet} of the study", missing)
+        return Words(f"amplifier {row.sheet} of the study{as_stated}", missing)
     return Words(
         f"{row.sheet} of {sheet_name(getattr(op.drive, part))}",
         f"{row.sheet} is not in the catalogue row" if unknown else "",
     )
+
+
+def _as_direct_current(op: Any, limit: float) -> str:
+    """How a limit of sinusoidal phases became one of direct current, as text; empty where both are of one kind."""
+    stated = op.task.amplifier.current_basis
+    if motor_basis(op.drive.motor.kind, stated) == stated:
+        return ""
+    return f": {from_dc(limit, stated):.4g} A {AMPERES[stated]} of sinusoidal phases, at equal loss {limit:.4g} A DC"
 
 
 def stage_torque(op: Any, row: Any) -> Words:
@@ -151,17 +161,21 @@ def _hard_stop(op: Any) -> str:
         rigid, ends = "the mesh locks, so that the torque has no bound", "at once"
     peak = more * op.judgement.series.traces.stop[at]
     return (
-        f"stop of this joint at {amperes(op.task.amplifier, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
+        f"stop of this joint at {_amperes(op, case.setting.stop_current)} from t = {demand.time[at]:.4g} "
         f"s at {math.degrees(speed):.3g} deg/s: {rigid}, {peak:.4g} N m with the "
-        f"oscillation of its spring; at rest {ends}; {_travel(op)}"
+        f"oscillation of its spring; with a rigid gear at rest {ends}, {_travel(op)}"
     )
 
 
-def amperes(amplifier: Amplifier, current: float) -> str:
+def amperes(amplifier: Amplifier, motor: Motor, current: float) -> str:
     """A DC-equivalent current as text, first in the study's current basis where that differs."""
-    basis = amplifier.current_basis
+    basis = motor_basis(motor.kind, amplifier.current_basis)
     text = f"{current:.3g} A (DC)"
     return text if basis == "dc" else f"{from_dc(current, basis):.3g} A {AMPERES[basis]} ({text})"
+
+
+def _amperes(op: Any, current: float) -> str:
+    return amperes(op.task.amplifier, op.drive.motor, current)
 
 
 def _travel(op: Any) -> str:
@@ -203,8 +217,8 @@ def _safe_current(op: Any) -> str:
     holding = float(np.abs(static).max()) / abs(float(case.gear.ratio * stop_constant(case)))
     text = "; no stop current keeps the gear within its limit"
     if safe > 0.0:
-        text = f"; a stop current up to {amperes(op.task.amplifier, safe)} keeps the gear within its limit"
-    text += f", {amperes(op.task.amplifier, holding)} hold the load"
+        text = f"; a stop current up to {_amperes(op, safe)} keeps the gear within its limit"
+    text += f", {_amperes(op, holding)} hold the load"
     return (
         text if safe >= holding else f"{text}: no current does both, so let stops follow a ramp (stop: {{ramp: ...}})"
     )
@@ -255,7 +269,7 @@ def _safe_jam(op: Any, row: Any) -> str:
     per_ampere = abs(float(case.gear.ratio * stop_constant(case)))
     full_current = op.number("setting.stop_current")
     safe = brentq(lambda current: jam_torque(spring, energy, per_ampere * current) - limit, 0.0, full_current)
-    return f"; with no more than {amperes(op.task.amplifier, safe)} of the amplifier it bears that"
+    return f"; with no more than {_amperes(op, safe)} of the amplifier it bears that"
 
 
 def stop_current(op: Any, row: Any) -> Words:
