@@ -254,7 +254,7 @@ def test_functions_for_open_chains_refuse_loops():
     for once in (dt.torque_parameters, urdf_text, dt.book_lists, dt.symbolic_dynamics, dt.on_moving_base):
         with pytest.raises(dt.InputError, match="closed loops"):
             once(arm)
-    with pytest.raises(dt.InputError, match="moves of the tool .* closed loops .*state positions of the driven"):
+    with pytest.raises(dt.InputError, match=r"moves of the tool .* closed loops .*state positions of the driven"):
         dt.tool_motion("m", arm, q, [dt.Move("line", [1.4, 0.0, 1.4])], profile="quintic", tool=dt.ToolLimits(1.0))
 
 
