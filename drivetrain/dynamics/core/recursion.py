@@ -113,9 +113,9 @@ def outwards(links: Any, rotors: Any, joints: Any, bodies: Any, n: int, size: fl
 
 
 @exact
-def back(links: Any, joints: Any, bodies: Any, n: int) -> None:
-    """Torques of all joints; ``joint.rotor`` is the part due to rotors."""
-    for i in range(n - 1, -1, -1):
+def back(links: Any, joints: Any, bodies: Any, n: int, first: int = 0) -> None:
+    """Torques of the joints from ``first`` on; ``joint.rotor`` is the part due to rotors."""
+    for i in range(n - 1, first - 1, -1):
         link, joint, before, body = links[i], joints[i], bodies[i], bodies[i + 1]
         if link.slide != 0.0 or link.turn != 1.0:
             screw_back(link, joint, before, body)
@@ -227,6 +227,17 @@ def first_revolute(link: Any, joint: Any, base: Any, body: Any) -> None:
         body.nz[k] = vd * (sxx + syy) + hx * ay - hy * ax
         body.axial[k] = 0.0
         joint.rotor[k] = own * vd
+
+
+@fast
+def carried(link: Any, body: Any) -> None:
+    """The wrench that moves the body of a link whose motion is known."""
+    own = moments(link)
+    for k in range(len(body.wx)):
+        keep(
+            body, k, own, body.wx[k], body.wy[k], body.wz[k], body.dx[k], body.dy[k], body.dz[k],
+            body.ax[k], body.ay[k], body.az[k], 0.0, 0.0,
+        )  # fmt: skip
 
 
 @fast

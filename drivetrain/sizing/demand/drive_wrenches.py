@@ -1,8 +1,8 @@
 """Wrenches of the drives on the joints of an arm without loops, computed when they are needed.
 
 Stored per unit of each load parameter, as torques are, they would take two thirds of the memory of a load basis. The
-recursion of the inverse dynamics needs no more time than the weighted sum of the stored rows. It is linear in the
-bodies of the links, so it is run for an arm whose links have no mass besides that of the drives.
+recursion of the inverse dynamics is linear in the bodies of the links, so it is run for an arm whose links have no mass
+besides that of the drives.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from drivetrain.arrays import Array
 from drivetrain.dynamics.core.blocks import BLOCK, JOINT
 from drivetrain.dynamics.core.packed import carried_moments, inverse_poses, link_frames, packed, write_bodies
 from drivetrain.dynamics.core.records import LINK, MOMENTS, ROTOR
-from drivetrain.dynamics.core.recursion import LINKS, back, outwards, read, take_wrench
+from drivetrain.dynamics.core.recursion import LINKS, back, carried, couple, outwards, read, take_wrench
 from drivetrain.jit import kernel
 from drivetrain.motion.base import BASE_JOINTS
 from drivetrain.records import as_numbers
@@ -69,18 +69,22 @@ def compute_wrenches(
 ) -> None:
     """Fill ``out``, (K, 6, N), with the wrench through a joint for each of K arms; other arguments as ``recursion``.
 
-    The arms are computed block by block, because the wrenches of all joints would not fit the cache.
+    The arms differ in their bodies alone, so all of them move as the first one does without its rotors.
     """
     n = q.shape[1]
     joints, bodies, wrench = np.empty(n + 1, JOINT), np.zeros(n + 2, LINKS), np.empty((BLOCK, 6))
     for t in range(BLOCK):
         bodies[0].ax[t], bodies[0].ay[t], bodies[0].az[t] = -gravity[0], -gravity[1], -gravity[2]
-    for first in range(0, len(q), BLOCK):
+    for first in range(0, len(q) if len(links) else 0, BLOCK):
         count = min(BLOCK, len(q) - first)
         size = read(joints, q, qd, qdd, first, count)
+        outwards(links[0], rotors[:0], joints, bodies, n, size)
         for k in range(len(links)):
-            outwards(links[k], rotors, joints, bodies, n, size)
-            back(links[k], joints, bodies, n)
+            for i in range(joint, n):
+                carried(links[k, i], bodies[i + 1])
+            for r in range(len(rotors)):
+                couple(links[k, n + r], joints[rotors[r].joint], bodies[rotors[r].carrier + 1])
+            back(links[k], joints, bodies, n, joint + 1)
             take_wrench(links[k, joint], joints[joint], bodies[joint + 1], wrench)
             for r in range(6):
                 for t in range(count):
@@ -93,13 +97,15 @@ def drive_wrenches(study: Study) -> DriveWrenches:
     assert arm is not None
     bare, inverse, gravity, first = _without_mass(arm, study.base is not None)
     turns = np.eye(arm.n) if arm.coupling is None else arm.coupling
-    followed = [(k, i) for k in range(arm.n) if drives.carrier[k] >= 0 for i in np.flatnonzero(turns[k])]
+    moved = np.flatnonzero(drives.carrier >= 0)  # drives that a link carries
+    followed = [(k, i) for k in moved for i in np.flatnonzero(turns[k])]
     per_unit: Any = np.zeros((arm.n, PARAMETERS, len(bare) + len(followed)), LINK)
-    for k in {k for k, _ in followed}:
-        link, home = first + drives.carrier[k], np.eye(4)
-        home[:3, :3], home[:3, 3] = frame_along(drives.axis[k]), drives.place[k]
-        bodies = carried_moments(inverse[link + 1] @ home, np.array([1.0, 0.0, 0.0, 0.0]), _INERTIAS)
-        write_bodies(per_unit[k, : PARAMETERS - 1, link], bodies)
+    link, homes = first + drives.carrier[moved], np.tile(np.eye(4), (len(moved), 1, 1, 1))
+    homes[:, 0, :3, :3] = np.reshape([frame_along(axis) for axis in drives.axis[moved]], (-1, 3, 3))
+    homes[:, 0, :3, 3] = drives.place[moved]
+    bodies = np.zeros((len(moved), PARAMETERS - 1), LINK)
+    write_bodies(bodies, carried_moments(inverse[link + 1, None] @ homes, np.array([1.0, 0.0, 0.0, 0.0]), _INERTIAS))
+    per_unit[moved, : PARAMETERS - 1, link] = bodies
     for row, (k, i) in enumerate(followed):  # a rotor's momentum, for each joint whose motion its shaft follows
         spin = turns[k, i] * (inverse[first + drives.carrier[k] + 1, :3, :3] @ drives.axis[k])
         own = per_unit[k, PARAMETERS - 1, len(bare) + row]

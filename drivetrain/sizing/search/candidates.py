@@ -361,10 +361,11 @@ def _joint_candidates(
     basis = work.basis[joint] if work.basis else None
     loading = () if basis is None else basis.drives
     others = [k for k in loading if k != joint and is_loaded_by(work, joint, k)]
-    nothing = no_unit_loads(load_of(replace(demand, wrench=None)))
-    unit = nothing if basis is None else unit_loads_of(work, joint, others)
     itself = [joint] if joint in loading else []
-    own = nothing if basis is None else unit_loads_of(work, joint, itself)
+    if basis is None:
+        unit = own = no_unit_loads(load_of(demand))
+    else:
+        unit, own = (unit_loads_of(work, joint, some) for some in (others, itself))
     if demand.wrench is not None:
         own = own._replace(wrench=work.unit_wrenches(joint, itself))
     series = joint_series(demand, own, screening=False)
