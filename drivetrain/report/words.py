@@ -319,6 +319,8 @@ def equals_sentence(selection: Selection) -> str:
         return ""
     if count == 1 and selection.all_equals:
         return f"No other feasible set has the same {what}."
+    if count == 1:
+        return f"Other feasible sets may have this {what}, too."
     return (
         f"{count if selection.all_equals else f'At least {count}'} feasible sets have this {what}; they are sorted "
         "by energy per cycle, then by largest utilisation."

@@ -35,7 +35,7 @@ from drivetrain.dynamics.flexibility import struck_torques
 from drivetrain.dynamics.inverse import drive_torques
 from drivetrain.errors import InputError
 from drivetrain.jit import kernel
-from drivetrain.records import as_record, known
+from drivetrain.records import as_record, as_records, known
 from drivetrain.sizing.demand.load_basis import counterbalance_torques
 from drivetrain.sizing.demand.stops import stop_starts
 from drivetrain.sizing.judge.cases import stop_current
@@ -97,13 +97,12 @@ class _Driven:
     travels: Array  # travel of each joint per radian of its own gear's output [rad or m], (n,)
     ratio: Array  # gear ratios, (n,)
     rotor: Array  # rotor inertia reflected to the gear's output [kg m^2], (n,)
-    # Records, one per joint.
-    gears: tuple[Any, ...]
-    meshes: tuple[Any, ...]
-    shafts: tuple[Any, ...]
+    # Records, one per joint: gears and the friction at the motors' shafts.
+    gears: Any
+    shafts: Any
     springs: Array  # gear springs for the oscillation, in the order of ``StiffSpring``, (n, 5)
     stiffest: Array  # largest slope of each spring [N m/rad], infinite for a direct drive, NaN if unknown, (n,)
-    drag: tuple[float, ...]  # temperature factor of each gear's drag
+    drag: Array  # temperature factor of each gear's drag, (n,)
     # Torque factors of the meshes for power from motor to load and from load to motor, (n,).
     driving: Array
     driven: Array
@@ -132,8 +131,7 @@ class _Driven:
 
     def push(self, speed: Array, limit: Array, free: Any) -> Array:
         """Torque that brakes the rotors, at the gear output [N m], (S, n); ``free``: states without losses, (S, 1)."""
-        parts = zip(self.meshes, self.shafts, self.drag, limit.T, speed.T, strict=True)
-        lossy = np.column_stack([braking_push(*laws, 0.0, most, now, 0.0) for *laws, most, now in parts])
+        lossy = _pushes(self.gears, self.shafts, self.drag, limit, speed)
         return np.where(free, -np.sign(speed) * np.abs(self.ratio) * limit, lossy)
 
     def swings(self, inertia: Array) -> Array:
@@ -182,22 +180,21 @@ def _stops(
 def _driven(study: Study, arm: Arm, drives: Mapping[str, Drive]) -> _Driven:
     every, travels = [drives[task.name] for task in study.joints], joint_travels(study)
     shafts = joint_turns(arm)
-    gears = tuple(as_record(complete(one.gear)) for one in every)
-    meshes = tuple(mesh_of(one) for one in gears)
+    gears = as_records([complete(one.gear) for one in every])
+    meshes = [mesh_of(one) for one in gears]
     cold, ratio = study.cold_start, np.array([one.gear.ratio for one in every])
     coldest = min(float(study.drag_temperature(study.ambient)), math.inf if cold is None else cold)
     driving, driven = (np.array([getattr(one, way) for one in meshes]) for way in ("driving", "driven"))
     return _Driven(
         study, arm, shafts * travels, travels, ratio, ratio**2 * np.array([drive_inertia(one) for one in every]), gears,
-        meshes, tuple(friction_curve(as_record(shaft_friction(one))) for one in every),
-        np.array([swing_spring(one) for one in gears]), _stiffest(every, gears),
-        tuple(float(drag_factor(one, coldest)) for one in meshes),
+        as_records([shaft_friction(one) for one in every]), np.array([swing_spring(one) for one in gears]),
+        _stiffest(every, gears), np.array([drag_factor(one, coldest) for one in meshes]),
         driving, driven, np.array([onward(one) for one in gears]),
         np.array([stage_load(one) for one in gears]), tuple(task.stop.rise for task in study.joints),
     )  # fmt: skip
 
 
-def _stiffest(drives: list[Drive], gears: tuple[Any, ...]) -> Array:
+def _stiffest(drives: list[Drive], gears: Any) -> Array:
     """Largest slope of the spring of each drive [N m/rad], (n,): infinite for a direct drive, NaN if unknown."""
     slopes = np.array([stiff_spring(one).slope_3 for one in gears])
     return np.where([one.gear.direct for one in drives], math.inf, slopes)
@@ -270,6 +267,17 @@ def _march(
         )
         wound, turning = wound[kept], turning[kept]
         tip = None if tip is None else tip[kept]
+
+
+@kernel
+def _pushes(gears: Any, shafts: Any, drag: Array, limit: Array, speed: Array) -> Array:
+    """``braking_push`` of each joint without a turning carrier, (S, n)."""
+    found = np.empty(speed.shape)
+    for k in range(len(gears)):
+        mesh, shaft = mesh_of(gears[k]), friction_curve(shafts[k])
+        for i in range(len(speed)):
+            found[i, k] = braking_push(mesh, shaft, drag[k], 0.0, limit[i, k], speed[i, k], 0.0)
+    return found
 
 
 @kernel

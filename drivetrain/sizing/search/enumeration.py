@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -54,7 +54,8 @@ def can_enumerate(problem: Problem, decided: Mask) -> bool:
 def feasible_sets(
     problem: Problem, domains: Domains, ranges: ParameterRanges, limit: float
 ) -> Iterator[FeasibleSet]:  # fmt: skip
-    """Enumerate the feasible sets of some domains below a limit, depth first from the tip to the base.
+    """Enumerate the sets of some domains below a limit that pass all checks but those of ``with_arm``, depth first from
+    the tip to the base.
 
     ``can_enumerate`` must hold; ``ranges`` are those of the domains.
     """
@@ -88,12 +89,15 @@ def feasible_sets(
     empty = _Partial((), (), ranges.low.copy(), 0.0, 0.0, np.zeros(1), np.zeros(2))
     for one in extend(problem.n - 1, empty):
         used = max(one.utilisation, supply_utilisation(problem, one.power, one.hidden)) if limited else one.utilisation
-        if used > 1.0 or not all(constraint.satisfied(one.pairs) for constraint in problem.constraints):
-            continue
-        used = max(used, arm_utilisation(problem, one.pairs))
-        if used <= 1.0:
+        if used <= 1.0 and all(constraint.satisfied(one.pairs) for constraint in problem.constraints):
             cost, energy_level = sum(one.costs), math.floor(one.energy / problem.energy_step + 0.5)
             yield FeasibleSet(problem.level(cost), energy_level, used, one.pairs, cost, one.costs)
+
+
+def with_arm(problem: Problem, found: FeasibleSet) -> FeasibleSet | None:
+    """The set with the checks of the whole arm, which take long and only raise its utilisation; None: not feasible."""
+    used = max(found.utilisation, arm_utilisation(problem, found.pairs))
+    return replace(found, utilisation=used) if used <= 1.0 else None
 
 
 def min_energy_level(problem: Problem, domains: Domains, ranges: ParameterRanges) -> float:

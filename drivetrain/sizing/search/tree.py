@@ -21,13 +21,20 @@ from typing import Any, Generic, Self, TypeVar
 import numpy as np
 
 from drivetrain.arrays import Array, Indices, Mask
+from drivetrain.sizing.judge.arm_stops import needs_arm_stops
 from drivetrain.sizing.results import Evaluation
 from drivetrain.sizing.search.constraints.chance import ChanceConstraint
 from drivetrain.sizing.search.constraints.common_parts import CommonParts
 from drivetrain.sizing.search.constraints.stiffness import apply_stiffness_cuts
 from drivetrain.sizing.search.constraints.supply import supply_may_be_feasible
 from drivetrain.sizing.search.domains import Domains, Pairs, cheapest_pairs, exclude_cheapest, replace_domain
-from drivetrain.sizing.search.enumeration import FeasibleSet, can_enumerate, feasible_sets, min_energy_level
+from drivetrain.sizing.search.enumeration import (
+    FeasibleSet,
+    can_enumerate,
+    feasible_sets,
+    min_energy_level,
+    with_arm,
+)
 from drivetrain.sizing.search.preconditions import satisfied
 from drivetrain.sizing.search.problem import Problem
 from drivetrain.sizing.search.propagate import ParameterRanges, Propagation
@@ -344,6 +351,7 @@ class Tree(BranchAndBound[BoundedNode]):
         if cheapest_pairs(cheapest) in self.excluded or self._violated(node.domains) is not None:
             return False
         found = next(feasible_sets(self.problem, cheapest, node.ranges, math.inf), None)
+        found = None if found is None else with_arm(self.problem, found)
         self.supply_binds |= found is None
         return found is not None and self._offer(found)
 
@@ -367,6 +375,7 @@ class Tree(BranchAndBound[BoundedNode]):
             return False
         counting = (
             self.chance_constraint is None
+            and not needs_arm_stops(problem.candidates.study)  # each set takes long
             and last.level == self.best[0].level
             and self.tie_counts[last.level] < MAX_COUNTED
         )
@@ -375,9 +384,14 @@ class Tree(BranchAndBound[BoundedNode]):
             return True
         if node.n_sets > MAX_ENUMERATED or not can_enumerate(problem, node.ranges.decided):
             return False
-        found = sorted(feasible_sets(problem, node.domains, node.ranges, self.limit))
-        self.counters["equal sets judged"] += len(found)
-        self.tie_counts[last.level] += sum([self._offer(one) for one in found]) - node.cheapest_is_feasible
+        self.tie_counts[last.level] -= node.cheapest_is_feasible
+        for one in sorted(feasible_sets(problem, node.domains, node.ranges, self.limit)):
+            if not counting and self.last is not None and one >= self.last:
+                self.uncounted_levels.add(last.level)
+                break
+            self.counters["equal sets judged"] += 1
+            whole = with_arm(problem, one)
+            self.tie_counts[last.level] += whole is not None and self._offer(whole)
         return True
 
     def _dive(self, node: BoundedNode, share: float) -> None:

@@ -17,7 +17,7 @@ from drivetrain.drive.amplifier import Supply
 from drivetrain.sizing.judge.evaluate import evaluate
 from drivetrain.sizing.search import tree as search_tree
 from drivetrain.sizing.search.search import select
-from drivetrain.study.model import Study
+from drivetrain.study.model import Stop, Study
 from drivetrain.study.parts.selection import Wanted
 
 SAME = 1e-9  # relative: objectives, and energies, that differ by less are equal
@@ -114,6 +114,23 @@ def test_many_equals_are_counted_to_a_limit_and_their_order_is_proven_all_the_sa
     assert selection.proof == "optimal"
     assert not selection.all_equals
     assert 3 <= selection.equals <= sum(one[0] <= expected[0][0] * (1 + SAME) for one in expected)
+
+
+def test_where_all_joints_stop_at_a_current_only_sets_that_may_precede_are_judged(make):
+    """Stops of the whole arm take long; the sets are those of brute force all the same."""
+    study = wound_study(make, 1, 3)
+    stopped = replace(study, joints=tuple(replace(task, stop=Stop()) for task in study.joints))
+    gears = {key: replace(row, momentary_torque=limit) for (key, row), limit in
+             zip(study.catalog.gears.items(), (190.0, 320.0), strict=True)}  # fmt: skip
+    stopped = replace(stopped, catalog=Catalog(study.catalog.motors, gears))
+    expected, selection = every_set(stopped), select(stopped)
+    told = [(one.objective, one.criteria["energy"], one.criteria["utilisation"]) for one in selection.best_sets]
+    assert np.array(told) == pytest.approx(np.array([one[:3] for one in expected[:3]]), rel=SAME)
+    assert selection.proof == "optimal"
+    equal = sum(one[0] <= expected[0][0] * (1 + SAME) for one in expected)
+    assert selection.counters["equal sets judged"] < equal
+    assert not selection.all_equals
+    assert 3 <= selection.equals <= equal
 
 
 def test_order_of_equals_is_the_same_however_often_a_search_is_stopped(make):
