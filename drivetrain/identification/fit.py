@@ -21,6 +21,7 @@ from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, sh
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, Mask, checked_array, read_only
+from drivetrain.drive.amplifier import to_dc
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import FRICTIONLESS, Friction, FrictionCurve, direction, friction_at, friction_curve
@@ -81,7 +82,8 @@ class Identification:
             unexplained).
         condition: Condition number of the scaled regressor of the base parameters [-]; above about 100 the motion
             excites the parameters too little.
-        torque_constant: Of each motor, if torque and current were both measured [N m/A], (n,); else None.
+        torque_constant: Of each motor per ampere of the recording, if torque and current were both measured [N m/A],
+            (n,); else None.
         time: Instants of the samples used [s], (N,).
         measured, modelled: Torque at the joints, measured and by the model identified from all data [N m or N], (N, n).
         notes: Details of the method; those that begin with "warning:" say what contradicts the recording.
@@ -149,14 +151,16 @@ def identify(
     Args:
         study: A study with an arm, whose drives and friction are the prior; or the arm alone. Counterbalances of a
             study, and if all its drives are given also their rotors, gear losses and motor friction, are not changed;
-            rotors of an arm are identified (inertia about their axes).
+            rotors of an arm are identified (inertia about their axes). The recording is one without the study's
+            payloads and forces at the tip.
         recording: Positions, and torques at joints or motors, or currents. Speeds and accelerations that are missing
             are computed as in ``torque_from_positions``.
         friction: Friction at the joints, (n,), as a prior; None: the study's; for an arm: none.
         known_torque: Joint torques that are neither in the arm nor in the study [N m or N], (N, n): subtracted from the
             measured torques.
-        torque_constant: Of the motors [N m/A], a number or (n,), used if only currents were measured; None: those of
-            the study's drives.
+        torque_constant: Of the motors per ampere of the recording [N m/A], a number or (n,), used if only currents were
+            measured; None: those of the study's drives, by the recording's ``current_basis``; of brushless motors,
+            currents without one count as ``dc``.
         links: Names of the links whose parameters are identified; None: all. With only the last link, the difference of
             its parameters from those of a known arm is the payload.
         load_friction: Whether to identify friction in proportion to the load, ``load_share`` of the friction [-],
@@ -218,6 +222,7 @@ def identify(
     told = int(np.isfinite(parameters["deviation"]).sum())
     notes = (
         *recording.notes,
+        *_assumed(prior, recording, torque_constant),
         f"weight of the prior {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
         f"{len(columns.names)} parameters in {len(base)} combinations that the motion can distinguish, {told} of them "
         "single parameters",
@@ -334,14 +339,32 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
         return np.asarray(recording.motor_torque @ turns)
     if recording.current is None:
         joint = recording.joint_names[0]
-        hint = f"columns such as torque_{joint} [N m], motor_torque_{joint} [N m] or current_{joint} [A]"
+        hint = f"columns such as torque_{joint} [N m], motor_torque_{joint} [N m] or current_{joint} [A_rms]"
         raise InputError(Fault("recording", "has neither torque nor motor_torque nor current of all joints", hint=hint))
-    constants = np.array([drive.motor.torque_constant for drive in prior.drives]) if prior.drives else None
     if torque_constant is not None:
         constants = checked_array(np.broadcast_to(torque_constant, (prior.arm.n,)), (prior.arm.n,), "torque_constant")
-    if constants is None:
+    elif prior.drives:
+        # Of a direct current, RMS value and amplitude are the current itself.
+        motors, basis = [drive.motor for drive in prior.drives], recording.current_basis or "dc"
+        constants = np.array([to_dc(m.torque_constant, "dc" if m.kind == "brushed" else basis) for m in motors])
+    else:
         raise InputError(Fault("torque_constant", "is needed: only currents were measured [N m/A]"))
-    return np.asarray((recording.current * np.asarray(constants)) @ turns)
+    return np.asarray((recording.current * constants) @ turns)
+
+
+def _assumed(prior: _Prior, recording: MeasuredMotion, torque_constant: Any) -> list[str]:
+    """Notes on what a recording does not state and was assumed."""
+    notes, study = [], prior.study
+    if study is not None and any(payload.mass for payload in study.payloads):
+        notes.append("the recording counts as one without the study's payloads")
+    measured = recording.torque is not None or recording.motor_torque is not None
+    brushless = any(drive.motor.kind != "brushed" for drive in prior.drives)
+    if not measured and torque_constant is None and recording.current_basis is None and brushless:
+        notes.append(
+            "warning: the currents do not say what amperes they are, and count as those of the equivalent DC machine; "
+            f"for values of a phase write current_{recording.joint_names[0]} [A_rms] or [A_peak]"
+        )
+    return notes
 
 
 def _model(prior: _Prior, motion: list[Array], beyond: Array | float = 0.0) -> _Model:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -32,6 +33,8 @@ KNOWN = (*NAMES_OF_TIME, *(prefix for kind in (POSITION, *RATES) for prefix in k
 SMALL_MOVES = 0.01  # share of the largest travel up to which integrated speeds may drift away from positions
 SMALL_JUMP = 5e-4  # share of the largest travel, and [rad or m], of which jumps up to 20 times are wavering readings
 DRIFT = 0.1  # the same in absolute terms, for joints at rest [rad or m; per s for speeds]
+_AMPERES = re.compile(r"([mk]?A)[ _]?(dc|rms|eff|peak|pk)", re.I)  # units of currents with their basis
+_BASES = {"eff": "rms", "pk": "peak"}  # other words for it
 SUFFIXES = (".csv", ".npz", ".parquet", ".mat", *BAGS)
 
 
@@ -48,8 +51,9 @@ class MeasuredMotion:
         acceleration: [rad/s^2 or m/s^2], (N, n).
         torque: Torque at the joint, ``ratio`` times the motor torque if there is a gear [N m or N], (N, n).
         motor_torque: Torque at the motor shaft [N m], (N, n).
-        current: Motor current, in the convention of the motor's torque constant [A], (N, n).
+        current: Motor current [A], (N, n), in amperes of ``current_basis``.
         notes: Origin, and what was not used.
+        current_basis: ``dc`` (of the equivalent DC machine), ``rms`` or ``peak`` (of a phase); None: not stated.
     """
 
     name: str
@@ -62,6 +66,7 @@ class MeasuredMotion:
     motor_torque: Array | None = None
     current: Array | None = None
     notes: tuple[str, ...] = ()
+    current_basis: str | None = None
 
     def __post_init__(self) -> None:
         time, n = checked_array(self.time, (None,), "time"), len(self.joint_names)
@@ -89,9 +94,9 @@ def read_recording(
 
     Columns, or arrays: ``time [s]``; of each joint ``q_<joint> [deg]`` and, where measured, ``qd_<joint> [rad/s]``,
     ``qdd_<joint> [rad/s^2]``, ``torque_<joint> [N m]`` (at the joint), ``motor_torque_<joint> [N m]``,
-    ``current_<joint> [A]``; by the joints' names, or by number in their order. An array of n columns (``q [rad]``)
-    stands for all joints in their order. A ROS bag gives time, position, velocity and effort of its
-    ``sensor_msgs/JointState``, by the joints' names, in SI; so are ``t``, ``q``, ``qd``, ``qdd``, ``torque``,
+    ``current_<joint> [A_rms]`` (or ``A_peak``, ``A_dc``); by the joints' names, or by number in their order. An array
+    of n columns (``q [rad]``) stands for all joints in their order. A ROS bag gives time, position, velocity and effort
+    of its ``sensor_msgs/JointState``, by the joints' names, in SI; so are ``t``, ``q``, ``qd``, ``qdd``, ``torque``,
     ``motor_torque`` and ``current`` of a .mat, whose names cannot hold units.
 
     Args:
@@ -126,11 +131,18 @@ def read_recording(
         table = _table(file, arrays, bare | dict(columns or {}))
     else:
         raise InputError(Fault("file", f"must be one of {', '.join(SUFFIXES)}", file.name, nearest(suffix, SUFFIXES)))
+    bases, table = _current_bases(table)
     found = assigned_columns(table, joints, (POSITION, *RATES))
     faults = [*table.faults, *found.faults]
+    stated = {bases.get(one.column.header) for (kind, _), one in found.found.items() if kind == CURRENT.name}
+    if len(stated) > 1:
+        words = sorted(basis or "not stated" for basis in stated)
+        faults.append(Fault("columns", "currents must all be in the same amperes", words, "", table.file))
     if found.time is None or faults:
         hint = "name each column: columns={'phi': 'q [rad]'} in Python, --column 'phi=q [rad]' in a command"
-        raise InputError([replace(one, hint=hint) if one.place.startswith("column ") else one for one in faults])
+        raise InputError(
+            [replace(one, hint=one.hint or hint) if one.place.startswith("column ") else one for one in faults]
+        )
     places = [found.found["position", joint] for joint in joints]
     least = SMALL_JUMP * max([1.0, *(float(np.ptp(place.values)) for place in places)])
     for place in places:
@@ -155,8 +167,21 @@ def read_recording(
     if len(kept) < len(found.time.values):
         notes.append(f"{len(found.time.values) - len(kept)} samples at an instant that another has are left out")
     return MeasuredMotion(
-        name or file.stem, joints, time, **{kind: rows[kept] for kind, rows in values.items()}, notes=tuple(notes)
-    )
+        name or file.stem, joints, time, **{kind: rows[kept] for kind, rows in values.items()}, notes=tuple(notes),
+        current_basis=next(iter(stated), None),
+    )  # fmt: skip
+
+
+def _current_bases(table: Table) -> tuple[dict[str, str], Table]:
+    """What kind of ampere columns state, ``dc``, ``rms`` or ``peak``, by header; and the table with plain amperes."""
+    bases, columns = {}, []
+    for column in table.columns:
+        said = _AMPERES.fullmatch(column.unit)
+        if said:
+            word = said[2].lower()
+            bases[column.header], column = _BASES.get(word, word), replace(column, unit=said[1])
+        columns.append(column)
+    return bases, replace(table, columns=tuple(columns))
 
 
 def _rate_faults(measured: MeasuredMotion) -> tuple[list[Fault], list[str]]:

@@ -13,6 +13,7 @@ import pytest
 from scipy.signal import lfilter
 
 import drivetrain as dt
+from drivetrain.arm.coupling import rotor_turns
 from drivetrain.drive.friction import friction_curve
 from drivetrain.drive.gear import complete, mesh_of
 from drivetrain.dynamics.inverse import inverse_dynamics
@@ -542,6 +543,25 @@ def test_the_model_is_the_evaluation_of_the_drives(driven: dt.Study, ways: tuple
     added = fit._model(fit._prior(heavy, None), motion).given - model.given
     change = torque_parameters(heavy.arm)[:20] - torque_parameters(study.arm)[:20]
     np.testing.assert_allclose(columns.matrix[:, :, :20] @ change, added, rtol=1e-4, atol=1e-9)
+
+
+def test_currents_of_a_phase_are_converted(driven: dt.Study) -> None:
+    """The torque constants of a study are those of the equivalent DC machine; a brushed motor's current is direct."""
+    prior, ones = fit._prior(driven, None), np.ones((5, 2))
+    [constant] = {drive.motor.torque_constant for drive in prior.drives}
+    brushed = replace(prior.drives[0], motor=replace(prior.drives[0].motor, kind="brushed"))
+    mixed = replace(prior, drives=(brushed, *prior.drives[1:]))
+    for basis, factor in ((None, 1.0), ("dc", 1.0), ("rms", np.sqrt(1.5)), ("peak", np.sqrt(0.75))):
+        measured = dt.MeasuredMotion(
+            "m", driven.arm.joint_names, np.arange(5.0), ones, current=ones, current_basis=basis
+        )
+        torque = fit._joint_torque(measured, mixed, None) / rotor_turns(prior.arm).diagonal()
+        np.testing.assert_allclose(torque, ones * [constant, factor * constant])
+        given = fit._joint_torque(measured, mixed, 0.2) / rotor_turns(prior.arm).diagonal()
+        np.testing.assert_allclose(given, 0.2 * ones)
+        said = fit._assumed(mixed, measured, None)
+        assert (basis is None) is any("do not say what amperes they are" in note for note in said)
+        assert not fit._assumed(mixed, measured, 0.2)
 
 
 def test_near_rest_friction_changes_its_sign_smoothly(driven: dt.Study) -> None:

@@ -58,6 +58,22 @@ def test_a_quantity_of_only_one_joint_is_noted(tmp_path: Path) -> None:
     assert found.current is None and any("current is not used" in note for note in found.notes)
 
 
+@pytest.mark.parametrize(
+    ("unit", "basis", "factor"),
+    [("A", None, 1.0), ("A_rms", "rms", 1.0), ("A eff", "rms", 1.0), ("mA_peak", "peak", 1e-3), ("Adc", "dc", 1.0)],
+)
+def test_currents_state_their_amperes(tmp_path: Path, unit: str, basis: str | None, factor: float) -> None:
+    arrays = {"time [s]": TIME, "q [rad]": DEGREES, f"current [{unit}]": TORQUE}
+    np.savez(tmp_path / "run.npz", **arrays)
+    found = read_recording(tmp_path / "run.npz", JOINTS)
+    assert found.current_basis == basis and np.array_equal(found.current, factor * TORQUE)
+    other = {**arrays, "current_elbow [A_rms]": TIME, "current_shoulder [A_peak]": TIME}
+    del other[f"current [{unit}]"]
+    np.savez(tmp_path / "run.npz", **other)
+    with pytest.raises(InputError, match=r"must all be in the same amperes.*peak.*rms"):
+        read_recording(tmp_path / "run.npz", JOINTS)
+
+
 def test_samples_at_one_instant(tmp_path: Path) -> None:
     twice = np.r_[TIME[:5], TIME[4:]]
     np.savez(tmp_path / "run.npz", **{"time [s]": twice, "q [rad]": np.column_stack([twice, twice])})
