@@ -41,7 +41,7 @@ from drivetrain.sizing.search.tree import Tree, run_search
 from drivetrain.study.change import heaviest
 from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.mounting import mass_counts
-from drivetrain.study.parts.verdicts import Check, Verdict, shared_place
+from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place, undecided
 
 ALTERNATIVES = 5
 FIRST_BATCH, MAX_BATCH = 64, 4096  # candidates judged in the first and in the largest batch
@@ -221,7 +221,7 @@ def _nearest(problem: Problem, joint: int, chosen: Mapping[int, int]) -> int:
 
 def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     """Why the nearest set is infeasible, and each single change of the task that would fix it, in words."""
-    words = [_summary(near), *_binding(evaluation, near)]
+    words = [_summary(evaluation, near), *_binding(evaluation, near)]
     if gaps(evaluation):
         return (*words, *missing_words(evaluation))
     family = lighter_work(near.study)
@@ -247,9 +247,12 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
     return (*words, *found, *(text for text in (slower, lighter) if text))
 
 
-def _summary(near: Nearest) -> str:
+def _summary(evaluation: Evaluation, near: Nearest) -> str:
     """Where the nearest set is infeasible, in words."""
     if near.joint == SUPPLY:
+        names = dict.fromkeys(one.name for one in evaluation.shared if _rules_out(one))
+        if names:
+            return f"Every joint has a drive that meets its limits; together they do not pass: {', '.join(names)}."
         soft = ", or are not as stiff as wished" if near.study.stiffness.stated else ""
         hard = ", or load their gears too much as all stop at once" if needs_arm_stops(near.study) else ""
         return f"Every joint has a drive that meets its limits; together they need too much of the supply{soft}{hard}."
@@ -263,12 +266,16 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
     shared = [(shared_place(check), (check,)) for check in evaluation.shared]
     for place, checks in [*places[near.joint :: -1], *places, *shared]:
-        failed = [check for check in checks if check.verdict is Verdict.FAIL]
+        failed = [check for check in checks if check.verdict is Verdict.FAIL or undecided(check)]
         if failed:
             check = max(failed, key=_excess)
             cause = f" Cause: {check.remark}." if check.name in STOPS and check.remark else ""
             found.append(f"Binding at {place}: {check.name}, {_figures(check)}.{cause}")
     return list(dict.fromkeys(found))
+
+
+def _rules_out(check: Check) -> bool:
+    return check.verdict is Verdict.FAIL or bool(lacking([check]))
 
 
 def _excess(check: Check) -> float:
@@ -281,7 +288,7 @@ def _figures(check: Check) -> str:
     """Required and available value of a check, in words."""
     found = [check.entered(name) for name in ("required", "available")]
     required, available = (math.nan if value is None else value for value in found)
-    over = 100.0 * ((check.utilisation or 0.0) - 1.0)
+    over = 100.0 * ((required / available if check.utilisation is None else check.utilisation) - 1.0)
     excess = f"{over:.3g} % over" if math.isfinite(over) else "without bound"
     factor = "" if check.factor == 1.0 else f"; safety factor {check.factor:g} included"
     unit = f"A {AMPERES[check.current_basis]}" if check.unit == "A" else check.unit

@@ -281,3 +281,16 @@ def test_selection_respects_stops_of_all_joints(two_links):
     found = select(study)
     assert found.proof == "optimal"
     assert found.objective == pytest.approx(min(one.objective for one in fits))
+    lone = next(one.drives for one in alone if not one.feasible)
+    tasks = tuple(replace(task, pairs=(pair,)) for task, pair in zip(tasks, lone.values(), strict=True))
+    for printed in (True, False):  # by the data sheet, or by what stands in for it
+        rows = gears if printed else {
+            key: replace(row, momentary_torque=None, repeated_peak_torque=row.momentary_torque / 1.4)
+            for key, row in gears.items()
+        }  # fmt: skip
+        found = select(replace(study, joints=tasks, catalog=Catalog({"m1": motor}, rows)))
+        told = check(found.evaluation, FULL)
+        assert found.advice[0].endswith(f"together they do not pass: {FULL}.")
+        over = 100.0 * (told.required / told.available - 1.0)
+        assert f"{told.required:.4g} of {told.available:.4g} N m ({over:.3g} % over" in found.advice[1]
+        assert found.advice[1].endswith(f"Cause: {told.remark}.")
