@@ -7,7 +7,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arrays import Array, checked_numbers
 from drivetrain.dynamics.regressor import torque_regressor
-from drivetrain.errors import Fault, InputError
+from drivetrain.errors import Fault, InputError, raise_faults
 from drivetrain.identification.least_squares import base_parameters
 from drivetrain.motion.motion import Motion
 
@@ -34,7 +34,7 @@ def exciting_motion(
     Args:
         arm: Arm with position and speed limits; for a revolute joint without limits half a turn in either direction and
             2 rad/s. Collisions are not checked.
-        duration: Period [s].
+        duration: Period [s], to the nearest sample.
         rate: Sample rate [Hz].
         harmonics: Number of multiples of the base frequency, 2 or more.
         acceleration: Acceleration limit of every joint [rad/s^2 or m/s^2].
@@ -45,7 +45,8 @@ def exciting_motion(
         The motion, with its condition number in the notes.
 
     Raises:
-        InputError: Numbers out of range, or a prismatic joint without position and speed limits.
+        InputError: Numbers out of range, limits between which a joint cannot move, or a prismatic joint without
+            position and speed limits.
 
     Reference: J. Swevers, C. Ganseman, D. Tuekel, J. De Schutter, H. Van Brussel, Optimal robot excitation and
         identification, IEEE Transactions on Robotics and Automation 13 (1997) 730-740.
@@ -58,8 +59,9 @@ def exciting_motion(
     if seed < 0:
         raise InputError(Fault("seed", "must not be negative", seed))
     low, high, speed = _limits(arm)
-    time = np.arange(round(duration * rate) + 1) / rate
-    omega = 2.0 * np.pi / duration * np.arange(1.0, harmonics + 1.0, dtype=np.float64)
+    steps = round(duration * rate)  # a whole number in the period, so that the last sample is at rest too
+    time = np.arange(steps + 1) / rate
+    omega = 2.0 * np.pi * rate / steps * np.arange(1.0, harmonics + 1.0, dtype=np.float64)
     rng, some = np.random.default_rng(seed), slice(None, None, max(1, len(time) // CONDITION_SAMPLES))
     best: tuple[float, list[Array]] | None = None
     for _ in range(candidates):
@@ -76,9 +78,15 @@ def exciting_motion(
 def _limits(arm: Arm) -> tuple[Array, Array, Array]:
     turning = ~arm.slides
     known = np.isfinite(arm.lower) & np.isfinite(arm.upper) & np.isfinite(arm.speed_limits)
-    if not (turning | known).all():
-        name = arm.joint_names[int(np.argmin(turning | known))]
-        raise InputError(Fault(f"joint {name}", "slides: it needs limits of position [m] and speed [m/s]"))
+    faults = [
+        Fault(f"joint {arm.joint_names[i]}", "slides: it needs limits of position [m] and speed [m/s]")
+        for i in np.flatnonzero(~(turning | known))
+    ]
+    for i in np.flatnonzero((arm.lower >= arm.upper) | (arm.speed_limits <= 0.0)):
+        limits = {"lower": arm.lower[i], "upper": arm.upper[i], "speed": arm.speed_limits[i]}
+        problem = "cannot move between its limits: lower must be below upper, speed above 0 [rad or m, per s]"
+        faults.append(Fault(f"joint {arm.joint_names[i]}", problem, {key: float(one) for key, one in limits.items()}))
+    raise_faults(faults)
     low = np.where(np.isfinite(arm.lower), arm.lower, np.minimum(-UNLIMITED["position"], arm.upper - 1.0))
     high = np.where(np.isfinite(arm.upper), arm.upper, np.maximum(UNLIMITED["position"], low + 1.0))
     return low, high, np.where(np.isfinite(arm.speed_limits), arm.speed_limits, UNLIMITED["speed"])

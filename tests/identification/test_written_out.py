@@ -658,6 +658,30 @@ def test_limits_that_are_not_stated() -> None:
             assert values.tolist() == pytest.approx([one, one])
 
 
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"lower": [0.5, -1.0], "upper": [0.5, 1.0]},
+        {"lower": [0.5, -1.0], "upper": [-0.5, 1.0]},
+        {"speed_limits": [0.0, 1.0]},
+    ],
+)
+def test_a_joint_that_cannot_move_is_an_error(limits: dict[str, list[float]]) -> None:
+    """Not a motion of the others alone, or one between limits that are exchanged."""
+    arm = dt.load_arm("planar-2r-bare")
+    still = replace(arm, **{name: np.array(values) for name, values in limits.items()})
+    with pytest.raises(dt.InputError, match=f"joint {arm.joint_names[0]}: cannot move between its limits") as error:
+        dt.exciting_motion(still)
+    assert len(error.value.faults) == 1
+
+
+def test_a_period_of_no_whole_samples_ends_at_rest() -> None:
+    motion = dt.exciting_motion(dt.load_arm("planar-2r-bare"), duration=7.3, rate=33.5, candidates=1)
+    assert len(motion.time) == 246  # 244.55 samples
+    for values in (motion.velocity, motion.acceleration, motion.position - motion.position[0]):
+        np.testing.assert_allclose(values[-1], 0.0, atol=1e-12)
+
+
 def test_the_best_conditioned_of_some_motions() -> None:
     """Condition of the base parameters' columns, each scaled to 1; equal seeds draw the same candidates."""
     arm, conditions = small_arm(), []
