@@ -42,7 +42,7 @@ class TorqueFromPositions:
     Attributes:
         torque: Generalised torque [N m; N at a prismatic joint], (N, n).
         deviation: Its standard deviation due to noise of positions and clock, and to the finite sampling [N m or N],
-            (N, n): the error is below 1.96 times it for 95 % of the samples; for 85 to 95 % if the acceleration jumps,
+            (N, n): the error is below 1.96 times it for 95 % of the samples; for 78 to 95 % if the acceleration jumps,
             or if a recording has at most about fifteen samples. Zero for exact positions.
         qd: Speeds [rad/s or m/s], (N, n).
         qdd: Accelerations [rad/s^2 or m/s^2], (N, n).

@@ -178,8 +178,8 @@ def _real(values: Any, name: str, faults: Faults) -> Array:
     return np.zeros(array.shape)
 
 
-def bag_messages(file: Path, kind: str) -> list[Any]:
-    """The messages of type ``kind`` in a ROS bag (its file or folder), in the order in which they were recorded."""
+def bag_messages(file: Path, kind: str) -> list[tuple[str, Any]]:
+    """The messages of type ``kind`` in a ROS bag (its file or folder), in their order, with their topics."""
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
@@ -190,7 +190,7 @@ def bag_messages(file: Path, kind: str) -> list[Any]:
         with AnyReader([folder], default_typestore=get_typestore(Stores.LATEST)) as reader:
             topics = [one for one in reader.connections if one.msgtype.endswith(f"/{kind}")]
             return [
-                reader.deserialize(raw, connection.msgtype)
+                (connection.topic, reader.deserialize(raw, connection.msgtype))
                 for connection, _, raw in (reader.messages(connections=topics) if topics else ())
             ]
     except Exception as error:  # the type depends on the format of the bag
@@ -200,24 +200,36 @@ def bag_messages(file: Path, kind: str) -> list[Any]:
 def joint_states(file: Path, joints: Sequence[str]) -> tuple[Array, dict[str, Array]]:
     """Measurements of joints in a ROS bag, from the JointState messages that name all of the joints.
 
+    Of several topics with such messages, which may be commands, the one named ``joint_states`` is read.
+
     Returns the time from the first message [s], and position, velocity and effort by name, (N, n) each, in SI; a
     quantity that some of these messages lack is left out.
     """
-    states = [one for one in bag_messages(file, "JointState") if {*joints} <= {*one.name}]
-    time = np.array([one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in states])
+    by_topic: dict[str, list[Any]] = {}
+    for topic, one in bag_messages(file, "JointState"):
+        if {*joints} <= {*one.name}:
+            by_topic.setdefault(topic, []).append(one)
+    named = [topic for topic in by_topic if len(by_topic) == 1 or topic.rpartition("/")[2] == "joint_states"]
+    if len(by_topic) > 1 and len(named) != 1:
+        problem = f"has JointState of these joints on several topics: {', '.join(by_topic)}"
+        raise InputError(Fault("file", problem, file.name, "keep the measured one, or name it /joint_states"))
+    states = [one for topic in named for one in by_topic[topic]]
+    stamps = [one.header.stamp for one in states]
+    # Seconds since 1970 as one float would be rounded to 0.24 microseconds.
+    time = np.array([one.sec - stamps[0].sec + 1e-9 * (one.nanosec - stamps[0].nanosec) for one in stamps])
     places = [[list(one.name).index(joint) for joint in joints] for one in states]
     found = {}
     for part in ("position", "velocity", "effort"):
         rows = [np.asarray(getattr(one, part)) for one in states]
         if all(len(row) == len(one.name) for row, one in zip(rows, states, strict=True)):
             found[part] = np.array([row[at] for row, at in zip(rows, places, strict=True)])
-    return time - time[:1].sum(), found
+    return time, found
 
 
 def _bag(path: Path, joint_names: Sequence[str]) -> Read:
     """The first JointTrajectory of these joints that was sent; if there is none, the measured positions."""
     wanted = {*joint_names}
-    sent = next((one for one in bag_messages(path, "JointTrajectory") if wanted <= {*one.joint_names}), None)
+    sent = next((one for _, one in bag_messages(path, "JointTrajectory") if wanted <= {*one.joint_names}), None)
     if sent is not None and len(sent.points) > 1:
         since = [point.time_from_start for point in sent.points]
         time = np.array([one.sec + 1e-9 * one.nanosec for one in since])

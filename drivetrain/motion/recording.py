@@ -122,11 +122,14 @@ def read_recording(
     suffix = file.suffix.lower()
     if suffix == ".csv":
         table = read_table(file)
+        _refuse_unknown(columns, [name for one in table.columns for name in (one.header, one.name)], file)
         table = Table(table.file, tuple(_renamed(c, columns or {}) for c in table.columns), table.rows, table.faults)
     elif suffix in BAGS or file.is_dir():
+        _refuse_unknown(columns, [], file)
         table = _table(file, _bag(file, joints), {})
     elif suffix in SUFFIXES:
         arrays = {".npz": numpy_arrays, ".parquet": _parquet, ".mat": matlab_arrays}[suffix](file)
+        _refuse_unknown(columns, list(arrays), file)
         bare = {key: f"{key} [{_IN_MATLAB[key]}]" for key in arrays if suffix == ".mat" and key in _IN_MATLAB}
         table = _table(file, arrays, bare | dict(columns or {}))
     else:
@@ -212,6 +215,17 @@ def _rate_faults(measured: MeasuredMotion) -> tuple[list[Fault], list[str]]:
     return faults, warnings
 
 
+def _refuse_unknown(columns: Mapping[str, str] | None, known: Sequence[str], file: Path) -> None:
+    """Refuse meanings of columns that the file does not have."""
+    unknown = [name for name in columns or {} if name not in known]
+    raise_faults(
+        [
+            Fault("columns", "the file has no column of this name", name, nearest(name, known), file.name)
+            for name in unknown
+        ]
+    )
+
+
 def _renamed(column: Column, columns: Mapping[str, str]) -> Column:
     header = columns.get(column.header, columns.get(column.name, column.header))
     return Column(header, *split_header(header), column.values)
@@ -229,10 +243,10 @@ def _table(file: Path, arrays: Mapping[str, Any], columns: Mapping[str, str]) ->
     for key, values in held.items():
         name, unit = names[key]
         if values is None or len(values) != rows:
-            if values is not None and name.casefold() in KNOWN:
-                faults.append(
-                    Fault(f"array {key}", f"must have {rows} rows, one an instant", values.shape[0], "", file.name)
-                )
+            if name.casefold() in KNOWN:
+                problem = "must hold numbers" if values is None else f"must have {rows} rows, one an instant"
+                what = str(np.asarray(arrays[key]).dtype) if values is None else values.shape[0]
+                faults.append(Fault(f"array {key}", problem, what, "", file.name))
             continue
         for number, column in enumerate(values.T, 1):
             title = name if values.shape[1] == 1 else f"{name}{number}"
@@ -264,6 +278,8 @@ def _parquet(file: Path) -> Mapping[str, Any]:
         raise InputError(Fault("file", "needs pyarrow", file.name, "pip install drivetrain[sweep]")) from None
     except (OSError, ValueError) as error:
         raise InputError(Fault("file", f"cannot be read as Parquet: {error}", file.name)) from None
+    if frame.index.name is not None:
+        frame = frame.reset_index()
     return {str(key): frame[key].to_numpy() for key in frame.columns}
 
 

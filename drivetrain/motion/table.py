@@ -67,6 +67,8 @@ def read_table(source: str | Path | StringIO) -> Table:
         faults.add("rows", f"{len(wrong) - FAULTS_A_COLUMN} more like this")
     columns = []
     for index, header in enumerate(headers):
+        if not header and not any(row[index] for row in cells):
+            continue  # lines that end with a separator
         values = _numbers([row[index] for row in cells], rows, header, faults)
         columns.append(Column(header, *split_header(header), values))
     return Table(file, tuple(columns), tuple(rows), tuple(faults.found))

@@ -51,15 +51,15 @@ class Bag:
             write = self.store.serialize_cdr if self.ros2 else self.store.serialize_ros1
             self.writer.write(connection, k * 10_000_000, write(message, kind))
 
-    def states(self, names: list[str], start: float = 100.0) -> None:
+    def states(self, names: list[str], start: float = 100.0, topic: str = "/joint_states", factor: float = 1.0) -> None:
         """Measured joint states, with the joints in an order different from the arm's."""
         order = [JOINTS.index(name) for name in names]
         kind = "sensor_msgs/msg/JointState"
         messages = []
         for t, q, v, e in zip(TIME, POSITION, SPEED, EFFORT, strict=True):
-            values = {"position": q[order], "velocity": v[order], "effort": e[order]}
+            values = {"position": factor * q[order], "velocity": v[order], "effort": e[order]}
             messages.append(self.made(kind, header=self.header(start + t), name=names, **values))
-        self.put("/joint_states", kind, messages)
+        self.put(topic, kind, messages)
 
     def trajectory(self, names: list[str]) -> None:
         """A commanded trajectory."""
@@ -87,6 +87,30 @@ def test_a_recording(tmp_path: Path, kind: str) -> None:
         assert values == pytest.approx(own, abs=1e-15)
     with pytest.raises(InputError, match="holds no JointState of wrist"):
         dt.read_recording(bag.path, ["wrist"])
+
+
+def test_times_since_1970_keep_their_nanoseconds(tmp_path: Path) -> None:
+    bag = Bag(tmp_path, "mcap")
+    with bag.writer:
+        bag.states(JOINTS, start=1_714_567_890.0)
+    written = np.array([round(1e9 * ((1_714_567_890.0 + t) % 1.0)) for t in TIME]) * 1e-9
+    found = dt.read_recording(bag.path, JOINTS).time
+    assert (found - written + 0.5) % 1.0 - 0.5 == pytest.approx(0.0 * TIME, abs=1e-12)
+
+
+def test_commands_that_are_joint_states_are_not_mixed_with_measurements(tmp_path: Path) -> None:
+    bag = Bag(tmp_path, "mcap")
+    with bag.writer:
+        bag.states(JOINTS, start=100.002, topic="/joint_command", factor=0.5)
+        bag.states(JOINTS)
+    found = dt.read_recording(bag.path, JOINTS)
+    assert len(found.time) == len(TIME) and found.position == pytest.approx(POSITION, abs=1e-15)
+    other = Bag(tmp_path / "other", "mcap")
+    with other.writer:
+        other.states(JOINTS, topic="/a")
+        other.states(JOINTS, topic="/b")
+    with pytest.raises(InputError, match="on several topics: /a, /b"):
+        dt.read_recording(other.path, JOINTS)
 
 
 @pytest.mark.parametrize("kind", KINDS)

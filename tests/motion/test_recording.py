@@ -74,6 +74,36 @@ def test_currents_state_their_amperes(tmp_path: Path, unit: str, basis: str | No
         read_recording(tmp_path / "run.npz", JOINTS)
 
 
+def test_names_of_columns_that_the_file_does_not_have_are_errors(tmp_path: Path) -> None:
+    arrays = {"time [s]": TIME, "q [deg]": DEGREES, "moment": TORQUE}
+    np.savez(tmp_path / "run.npz", **arrays)
+    with pytest.raises(InputError, match=r"no column of this name.*momnt.*did you mean 'moment'"):
+        read_recording(tmp_path / "run.npz", JOINTS, columns={"momnt": "torque [N m]"})
+    (tmp_path / "run.csv").write_text("time [s],q1 [rad],q2 [rad]\n0,0,0\n1,0,0\n2,0,0\n")
+    with pytest.raises(InputError, match="no column of this name"):
+        read_recording(tmp_path / "run.csv", JOINTS, columns={"q3": "torque [N m]"})
+
+
+def test_parquet_with_times_as_index_or_dates(tmp_path: Path) -> None:
+    import pandas as pd
+
+    frame = pd.DataFrame({"time [s]": TIME, "q1 [deg]": DEGREES[:, 0], "q2 [deg]": DEGREES[:, 1]})
+    frame[["torque1 [N m]", "torque2 [N m]"]] = TORQUE
+    frame.set_index("time [s]").to_parquet(tmp_path / "run.parquet")
+    check(read_recording(tmp_path / "run.parquet", JOINTS))
+    frame["time [s]"] = pd.to_datetime(TIME, unit="s")
+    frame.to_parquet(tmp_path / "run.parquet")
+    with pytest.raises(InputError, match=r"array time \[s\]: must hold numbers.*datetime64"):
+        read_recording(tmp_path / "run.parquet", JOINTS)
+
+
+def test_lines_may_end_with_a_separator(tmp_path: Path) -> None:
+    rows = "\n".join(f"{t},{q[0]},{q[1]},{m[0]},{m[1]}," for t, q, m in zip(TIME, DEGREES, TORQUE, strict=True))
+    header = "time [s],q_shoulder [deg],q_elbow [deg],tau_shoulder [N m],tau_elbow [N m],"
+    (tmp_path / "run.csv").write_text(f"{header}\n{rows}\n")
+    check(read_recording(tmp_path / "run.csv", JOINTS))
+
+
 def test_samples_at_one_instant(tmp_path: Path) -> None:
     twice = np.r_[TIME[:5], TIME[4:]]
     np.savez(tmp_path / "run.npz", **{"time [s]": twice, "q [rad]": np.column_stack([twice, twice])})
