@@ -116,6 +116,7 @@ class Joint:
     command: Motion
     shaft_command: Motion
     bias_torque: float = 0.0  # torque at zero acceleration: gravity, Coriolis and centrifugal terms [N m]
+    tip_torque: float = 0.0  # torque of the forces on the tip at this coordinate [N m]
     measured_position: float = 0.0  # motor position that the encoder measures [rad]
 
 

@@ -62,6 +62,7 @@ ACCELERATION = Signal("acceleration", "rad/s^2", path="load.acceleration")
 MOTOR_ACCELERATION = Signal("motor_acceleration", "rad/s^2", path="motor.acceleration")
 JOINT_FRICTION = Signal("joint_friction", "N m", path="load.friction")  # dry friction, positive against motion forward
 MOTOR_FRICTION = Signal("motor_friction", "N m", path="motor.friction")
+TIP_TORQUE = Signal("tip_torque", "N m", path="tip_torque")  # of the forces on the tip, positive along the joint
 MESH_TORQUE = Signal("mesh_torque", "N m", path="mesh.torque")  # transmitted by the mesh, at the gear's output
 MESH_LOSS = Signal("mesh_loss", "N m", path="mesh.loss")  # torque lost in the mesh, at the gear's output
 JOINT_FRICTION_POWER = Signal("joint_friction_power", "W", path="load.friction_power")
@@ -109,7 +110,7 @@ TAKEN = (
     *JOINT_BOUNDS, *MOTOR_BOUNDS, MESH_DRIVING, MESH_DRIVEN, SURFACE_SPEED,
 )  # fmt: skip
 AFTER = (
-    ACCELERATION, MOTOR_ACCELERATION, JOINT_FRICTION, MOTOR_FRICTION, MESH_TORQUE, MESH_LOSS,
+    ACCELERATION, MOTOR_ACCELERATION, JOINT_FRICTION, MOTOR_FRICTION, TIP_TORQUE, MESH_TORQUE, MESH_LOSS,
     JOINT_FRICTION_POWER, MOTOR_FRICTION_POWER, MESH_POWER,
 )  # fmt: skip
 

@@ -402,14 +402,17 @@ def command_times(scene: Scene, longest: float = 2e-3) -> Array:
     """
     instants = {0.0, scene.duration}
     jumps: set[float] = set()
+    rests: set[float] = set()
     for effect in scene.effects.get(WHOLE, ()):
         if isinstance(effect, CommandedMotion):
             time = effect.motion.time - effect.motion.time[0]
             for k in range(effect.repetitions):
                 instants |= {float(t) for t in time + k * time[-1]}
-            jumps |= set(effect.breakpoints())
+            jumps |= {t for t in effect.breakpoints() if 0.0 < t <= scene.duration}
+            end, stops = float(time[-1]) * effect.repetitions, effect.breakpoints()[-1]
+            rests |= {stops} if end < stops and end <= scene.duration else set()  # it ends moving, and stops just after
     marks = np.array(sorted(t for t in instants if t <= scene.duration))
     parts = [np.linspace(a, b, max(2, 1 + math.ceil((b - a) / longest)))[:-1] for a, b in pairwise(marks)]
-    grid = np.unique(np.concatenate([*parts, [scene.duration]]))
-    left = [np.nextafter(t, -np.inf) for t in jumps if 0.0 < t <= scene.duration]
+    grid = np.unique(np.concatenate([*parts, [scene.duration], [*rests]]))
+    left = [np.nextafter(t, -np.inf) for t in jumps | rests]
     return np.sort(np.concatenate([grid, left]))

@@ -236,7 +236,12 @@ def test_a_command_is_the_quintic_between_its_samples(repetitions: int) -> None:
                 command = joint.command
                 found = command.position, command.speed, command.acceleration
                 assert found == pytest.approx([float(curve(t, nu=k)) for k in range(3)], abs=1e-10)
-    for t, row in ((1.5 * repetitions, -1), (9.0, -1), *([(-0.1, 0)] if repetitions == 1 else [])):
+    for column, joint in ((1, commanded(effect, 1.5 * repetitions)[0]), (0, commanded(effect, 1.5 * repetitions)[1])):
+        command = joint.command  # at its end it still moves
+        ends = [one[-1, column] for one in (PLACES, SPEEDS, PUSHES)]
+        assert [command.position, command.speed, command.acceleration] == pytest.approx(ends, abs=1e-10)
+    just_after = 1.5 * repetitions + 1e-14
+    for t, row in ((just_after, -1), (9.0, -1), *([(-0.1, 0)] if repetitions == 1 else [])):
         for column, joint in ((1, commanded(effect, t)[0]), (0, commanded(effect, t)[1])):
             command = joint.command
             assert (command.position, command.speed, command.acceleration) == (PLACES[row, column], 0.0, 0.0)

@@ -11,6 +11,9 @@ from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.loads.given_torque import GivenTorque
 from drivetrain.effects.motor.rotor import ReflectedRotor
 from drivetrain.errors import InputError
+from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
+from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Inertia, joint_scene
 
@@ -53,6 +56,17 @@ def test_the_last_command_counts_while_an_earlier_one_is_still_delayed() -> None
     assert (loaded(6.0, again)["joint.speed"] == 0.0).all()
     twice = loaded(0.0, HoldingBrake(50.0, engages=(0.1, 0.14), closing=0.05), speed=1.0)
     assert twice["joint.speed"][149] > 0.9 and twice["joint.speed"][170] == 0.0
+
+
+@pytest.mark.parametrize("engine", [FixedStep(), AdaptiveStep()])
+def test_what_an_engaging_and_a_releasing_brake_change_is_told_as_it_is(engine: Engine) -> None:
+    """A joint that moves backward when its brake engages has not reversed; released it slides where its load pulls."""
+    brake = HoldingBrake(5.0, engages=(0.1,), releases=(0.3,))
+    effects = [ReflectedRotor(1e-3, RATIO), GivenTorque([0.0], [-6.0]), brake]
+    run = simulate(joint_scene(Inertia(0.5), effects, 0.4, speed=-1.0), solver=engine)
+    told = [(event.name, event.detail) for event in run.events if event.name != "step"]
+    assert told[0] == ("stick", "joint: slides backward, then stuck")
+    assert set(told[1:]) <= {("breakaway", "joint: stuck, then slides backward")}
 
 
 def test_faults_come_together() -> None:

@@ -20,12 +20,14 @@ from drivetrain.effects.motor.rotor import FullRotor, ReflectedRotor
 from drivetrain.errors import InputError
 from drivetrain.motion.motion import Motion
 from drivetrain.simulation.engines.adaptive_step import AdaptiveStep
+from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.fixed_step import FixedStep
 from drivetrain.simulation.planning.plan import plan
 from drivetrain.simulation.run import simulate
 from drivetrain.simulation.scene import Scene, joint_scene
 
 MOTOR = Motor("m", 0.5, 0.03)
+FRICTION = Friction(viscous=0.5)
 
 
 def quintic(duration: float = 1.0, count: int = 11) -> Motion:
@@ -50,6 +52,22 @@ def test_command_repeats_and_then_holds() -> None:
     run = simulate(joint_scene(1.0, [CommandedMotion(back, repetitions=2)], 2.5), interval=0.125)
     np.testing.assert_allclose(run["joint.command_position"][1:8], run["joint.command_position"][9:16], atol=1e-13)
     assert (run["joint.command_speed"][run.time >= 2.0] == 0.0).all()
+
+
+@pytest.mark.parametrize("engine", [FixedStep(), AdaptiveStep()])
+def test_a_command_that_ends_moving_moves_at_its_end_and_stands_after_it(engine: Engine) -> None:
+    """The last row of a run is no row of the stop that would follow: that would take 1 rad/s x 2 A s/rad more."""
+    time, one = np.array([0.0, 0.3, 0.7]), np.ones((3, 1))
+    motion = CommandedMotion(Motion("m", ("joint",), time, time[:, None], one, 0.0 * one))
+    effects = [motion, PositionLoop(0.0, 2.0, 1.0), MotorCurrent(Motor("m", 1.0, 1.0)), ViscousFriction(FRICTION)]
+    run = simulate(joint_scene(1.0, effects, 0.7, speed=1.0), solver=engine, interval=0.1)
+    assert run["joint.command_speed"] == pytest.approx(1.0, abs=1e-12) and run["joint.current"][-1] > 0.0
+    after = simulate(joint_scene(1.0, effects, 1.0, speed=1.0), solver=engine, interval=0.1)
+    assert after["joint.current"][:7] == pytest.approx(run["joint.current"][:7], abs=1e-12)
+    assert (after["joint.command_speed"][after.time > 0.75] == 0.0).all()
+    # Braked from v(0.7) by 2 + 0.5 N m s/rad.
+    braked = run["joint.speed"][-1] * np.exp(-2.5 * 0.3)
+    assert after["joint.speed"][-1] == pytest.approx(braked, rel=1e-5)
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])

@@ -107,6 +107,28 @@ def test_joints_of_an_arm_hold_one_another() -> None:
         np.testing.assert_allclose(run[f"{name}.position"], place[0, i], atol=1e-9)
 
 
+@pytest.mark.parametrize("engine", [dt.FixedStep(), dt.AdaptiveStep()])
+def test_a_force_at_the_tip_is_held_from_the_start(engine: Engine) -> None:
+    """By springs, loops with and without an integrator; one of the joints has its spring on top of its loop."""
+    arm = dt.load_arm("planar-2r")
+    names, place = arm.joint_names, np.array([[0.3, -0.5]] * 2)
+    motion = dt.Motion("stay", names, TIME, place, np.zeros((2, 2)), np.zeros((2, 2)))
+    gear = dt.Gear("g", 10.0, stiffness_1=2e4, torque_1=5.0, stiffness_2=3e4)
+    push, turn = np.array([20.0, -30.0, 0.0]), np.array([0.0, 0.0, 2.0])
+    first = (dt.CascadeLoop(20.0, 5.0, 0.1), dt.MotorCurrent(MOTOR), dt.FlexibleJoint(gear, 4.0))
+    second = (dt.CascadeLoop(20.0, 5.0), dt.MotorCurrent(MOTOR))
+    whole = (dt.CommandedMotion(motion), dt.TipForce([0.0], [push], [turn]))
+    effects = {names[0]: first, names[1]: second, "scene": whole}
+    run = dt.simulate(dt.Scene(arm, effects, DURATION), solver=engine)
+    link = np.array([run[f"{name}.position"][0] for name in names])
+    rotation = dt.tip_pose(arm, link)[:3, :3]
+    wrench = -np.concatenate([turn @ rotation, push @ rotation])  # what the tip applies to its environment
+    load = dt.inverse_dynamics(arm, link, np.zeros(2), np.zeros(2), tip_wrench=wrench)
+    for name, torque in zip(names, load, strict=True):
+        np.testing.assert_allclose(run[f"{name}.current"], torque / 10.0 / 0.0302, rtol=1e-6)
+        assert np.ptp(run[f"{name}.position"]) < 1e-9
+
+
 def test_what_cannot_be_held_says_so() -> None:
     weak = [dt.CascadeLoop(20.0, 0.5, 0.1, peak_current=2.0), dt.MotorCurrent(MOTOR, 2.0)]
     event = next(one for one in dt.simulate(scene(weak)).events if one.name == "start")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from drivetrain.arrays import Array, checked_array
+from drivetrain.drive.drive import resting
 from drivetrain.effects import signals as s
 from drivetrain.effects.effect import Effect, Place, Ports, Signal
 from drivetrain.effects.laws import scene_law
@@ -19,6 +21,7 @@ from drivetrain.motion.duty_cycle import Cycle
 from drivetrain.motion.motion import Motion
 
 MOST_REPETITIONS = 1_000_000  # each adds instants at which steps end
+ROUNDING = 1e-15  # share by which a rounded time may exceed the end of a command that it belongs to
 JERK_TOLERANCE = 1e-6  # jump of the jerk, over the largest jerk, that may come from rounding of the samples
 
 
@@ -28,6 +31,7 @@ class Own:
 
     period: float  # of a repeated motion [s]; 0: not repeated
     last: float  # end of the command [s]
+    holds: float  # from then on its last position is held [s]
     shafts: int  # whether shafts of coupled motors follow the joints in the table
 
 
@@ -56,13 +60,14 @@ def _interpolate(command: Any, table: Any, low: int, at: int, t: float, ended: b
 
 @scene_law(Own)
 def _compute(t: Any, h: Any, own: Any, scene: Any) -> None:
-    ended, joints = t >= own.last, scene.joints
-    t = repeated_time(own.period, own.last, t)
-    low = interval_of(scene.table, t)
+    ended, joints, table = t >= own.holds, scene.joints, scene.table
+    # At an end in motion it still moves: that instant belongs to the piece before.
+    t = min(repeated_time(own.period, own.last, t), np.nextafter(table[len(table) - 1, 0], -math.inf))
+    low = interval_of(table, t)
     for j in range(len(joints)):
-        _interpolate(joints[j].command, scene.table, low, 1 + 3 * j, t, ended)
+        _interpolate(joints[j].command, table, low, 1 + 3 * j, t, ended)
         if own.shafts:
-            _interpolate(joints[j].shaft_command, scene.table, low, 1 + 3 * (len(joints) + j), t, ended)
+            _interpolate(joints[j].shaft_command, table, low, 1 + 3 * (len(joints) + j), t, ended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +116,7 @@ class CommandedMotion(Effect):
 
     def own(self, place: Place) -> Own:
         period = float(self.motion.time[-1] - self.motion.time[0])
-        return Own(period if self.repetitions > 1 else 0.0, period * self.repetitions, bool(place.shafts))
+        return Own(period if self.repetitions > 1 else 0.0, period * self.repetitions, self._holds, bool(place.shafts))
 
     def table(self, place: Place) -> Array:
         order = [self.motion.joint_names.index(name) for name in place.joints]
@@ -120,15 +125,27 @@ class CommandedMotion(Effect):
         data = np.stack([np.hstack([part[:, order], part[:, order] @ turns.T]) for part in parts], axis=2)
         return np.column_stack([self.motion.time - self.motion.time[0], data.reshape(len(data), -1)])
 
+    @property
+    def _holds(self) -> float:
+        """The time from which the last position is held [s]: the end, or just after it where the motion ends moving."""
+        moving = not resting(self.motion.velocity)[-1].all()
+        return float(self.motion.time[-1] - self.motion.time[0]) * self.repetitions * (1.0 + ROUNDING * moving)
+
     def breakpoints(self) -> Sequence[float]:
         time = self.motion.time - self.motion.time[0]
-        jumps = [*np.unique(time[1:][np.diff(time) == 0.0]), float(time[-1])]
-        return [float(t) + k * float(time[-1]) for k in range(self.repetitions) for t in jumps]
+        jumps = np.unique(time[1:][np.diff(time) == 0.0])
+        jumps = [*jumps[jumps < time[-1]], float(time[-1])]
+        return self._repeated(jumps)
 
     def knots(self, tolerance: float) -> Sequence[float]:
         time = self.motion.time - self.motion.time[0]
         instants = [0.0, *time[self._jerk_jumps(max(tolerance, JERK_TOLERANCE))].tolist(), float(time[-1])]
-        return [t + k * float(time[-1]) for k in range(self.repetitions) for t in instants]
+        return self._repeated(instants)
+
+    def _repeated(self, instants: list[float]) -> list[float]:
+        """Instants of one run, its end the last, in all runs; the last end is where the last position is held [s]."""
+        period = instants[-1]
+        return [*[float(t) + k * period for k in range(self.repetitions) for t in instants][:-1], self._holds]
 
     def _jerk_jumps(self, share: float) -> Array:
         """Indices of the samples at which the jerk of any joint jumps by more than ``share`` of its maximum."""

@@ -275,5 +275,6 @@ def add_tip(run: Run, h: float, theta: float) -> None:
     for i in range(joints):
         torque = dot(_tip_column(run, i), force) + dot(_tip_screw(run, i)[0], moment)
         coordinates[i].impulse += h * torque
+        joints_of(run)[i].tip_torque = torque
         if coordinates[i].motor == i:
             coordinates[i].transmitted -= torque

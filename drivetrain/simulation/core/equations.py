@@ -141,7 +141,7 @@ def _start_modes(run: Run, h: float, any_dry: bool) -> None:
         if moves and not held:
             one.dry.mode = 1 if one.relative > 0.0 else -1
         if not any_dry or not one.dry.active:
-            one.dry.mode = 1
+            one.dry.mode = -1 if one.relative < 0.0 else 1
         one.dry.mode_fixed = 1 if h == 0.0 and (held or moves) else 0
         if h == 0.0:
             one.relative = 0.0

@@ -341,9 +341,11 @@ def log_changes(run: Run, t: float, log: Any, logged: int) -> int:
     """Append the contact modes that have changed to the log, as long as it has room; returns their number so far."""
     coordinates, ambiguous = coordinates_of(run), engine_of(run).ambiguous
     for i in range(len(coordinates)):
-        one = coordinates[i]
-        if one.dry.mode != one.before:
-            _put_change(log, logged, t, i, one.before, one.dry.mode)
+        one, after = coordinates[i], coordinates[i].dry.mode
+        if not one.dry.active:  # nothing rubs: all that can have changed is that it was stuck
+            after = one.before if one.before != 0 else (1 if one.speed > one.surface else -1)
+        if after != one.before:
+            _put_change(log, logged, t, i, one.before, after)
             logged += 1
     if ambiguous >= 0:
         _put_change(log, logged, t, ambiguous, 0, AMBIGUOUS_MODE)

@@ -253,14 +253,6 @@ def with_springs(plan: Plan, demand: Demand) -> tuple[Demand, tuple[Event, ...]]
     return replace(demand, motor_speed=turning, motor_torque=motor, current=current, voltage=voltage), tuple(events)
 
 
-def _demanded_to_the_end(plan: Plan, times: Array) -> Demand:
-    """What a command requires; the last instant of one that ends in motion is just before its end, where it still
-    moves.
-    """
-    demand = demanded(plan, np.minimum(times, np.nextafter(plan.scene.duration, 0.0)))
-    return demanded(plan, times) if resting(demand.speed)[-1].all() else demand
-
-
 def _wind_up_derivatives(plan: Plan, time: Array, step: float) -> tuple[Array, Array]:
     """First and second derivative of the wind-ups [rad/s, rad/s^2], by central differences, (N, n) each.
 
@@ -306,7 +298,7 @@ class Inverse(Engine):
             if given
         )
         times = recorded_times(plan.scene.duration, options.interval)
-        demand, events = with_springs(plan, _demanded_to_the_end(plan, times))
+        demand, events = with_springs(plan, demanded(plan, times))
         raise_faults(
             fault for joint, name in enumerate(plan.scene.joints) for fault in self._limits(plan, demand, joint, name)
         )

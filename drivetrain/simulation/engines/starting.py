@@ -162,7 +162,8 @@ def _holding_torque(known: Mapping[str, float], plan: Plan, i: int) -> float:
     """
     pair = next((pair for pair in plan.body.shared if i in pair), (i,))
     load = known.get(f"{plan.scene.joints[i]}.{s.BIAS_TORQUE.name}", 0.0)
-    load -= sum(known.get(f"{plan.scene.joints[k]}.{s.JOINT_TORQUE.name}", 0.0) for k in pair)
+    given = [f"{plan.scene.joints[k]}.{torque.name}" for k in pair for torque in (s.JOINT_TORQUE, s.TIP_TORQUE)]
+    load -= sum(known.get(name, 0.0) for name in given)
     return load if len(pair) == 1 else load / len(pair) + plan.body.preloads[i]
 
 

@@ -112,9 +112,13 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
         *((signal, False) for signal in (*named.BEFORE, *named.AFTER)),
         *((signal, True) for signal in named.TAKEN),
     ]
+    tip = {signal.name for signal in named.TIP_TAKEN}
+    pushed = any(tip & set(one.contributes) for one in instances)
     for index, joint in enumerate(place.joints):
         for signal, taken in every:
             if signal.name.startswith(("deflection", "gear_")) and not flexible[index]:
+                continue
+            if signal is named.TIP_TORQUE and not pushed:
                 continue
             own = signal.name in MOTOR_SIDE
             name = f"{joint}.{signal.name}"
