@@ -14,6 +14,7 @@ MECHANICAL_TIME = (1e-4, 0.5)  # s; 1043 sheets imply 4.8e-4 to 0.126
 RADIUS_SHARE = (2e-3, 0.5)  # rotor inertia over mass times outer radius squared; 873 sheets print 0.0096 to 0.32
 NOMINAL_TORQUE = (-0.10, 0.30)  # relative to kt (I - I0); flat motors have up to 24 % more, none has 10 % less
 THERMAL_SURPLUS = 0.15  # nominal current above the thermal limit; 638 sheets: at most 14 % above, down to 51 % below
+RIM_SPEED = 40.0  # m/s, of a rotor whose mass is that of the motor; 116 shipped rows have 2.3 to 17
 FRICTION_LIMIT = 0.15  # 67 sheets: at most 8.8 %
 PEAK_LIMITS = (-0.35, 0.10)  # iron saturates, so the printed peak torque is the smaller one
 PEAK_USUAL = (-0.10, math.inf)
@@ -95,6 +96,12 @@ def _rotor(values: Values) -> Iterator[Finding]:
             yield error("rotor_inertia", problem, RADIUS_SHARE[1] * whole)
         elif not RADIUS_SHARE[0] <= share <= RADIUS_SHARE[1]:
             yield warning("rotor_inertia", f"is {share:.2g} of mass times outer radius squared; usual: 0.01 to 0.3")
+    if all(name in values for name in ("rotor_inertia", "mass", "max_speed")):
+        rim = math.sqrt(2.0 * values["rotor_inertia"] / values["mass"]) * values["max_speed"]
+        if rim > RIM_SPEED:
+            turns = values["max_speed"] * 30.0 / math.pi
+            problem = f"is {turns:.0f} rpm, at which the rotor's rim has {rim:.2g} m/s; motors have up to 20 m/s"
+            yield error("max_speed", f"{problem}: are rpm given as rad/s, or g cm^2 as kg cm^2?")
 
 
 def _convention(cells: Mapping[str, Cell]) -> Iterator[Finding]:

@@ -240,13 +240,19 @@ def limit_notes(
         ("above the upper limit", motion.position - upper, upper),
         ("below the lower limit", lower - motion.position, lower),
     )
-    for side, beyond, limit in sides:
-        for joint in np.flatnonzero(beyond.max(axis=0) > ROUNDING):
+    outside = np.maximum(sides[0][1], sides[1][1]).max(axis=0) > ROUNDING
+    for joint in map(int, np.flatnonzero(outside)):
+        unit, factor = shown_unit(slides, joint)
+        problem, found = "", math.nan  # one fault for both sides: a wrong unit leaves the range on either
+        for side, beyond, limit in sides:
             worst = int(beyond[:, joint].argmax())
-            unit, factor = shown_unit(slides, int(joint))
+            if not beyond[worst, joint] > ROUNDING:
+                continue
             value, bound = factor * float(motion.position[worst, joint]), factor * float(limit[joint])
-            problem = f"goes {side} of {bound:.6g} {unit} at t = {motion.time[worst]:.4g} s"
-            faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, float(f"{value:.6g}")))
+            where = f"{side} of {bound:.6g} {unit} at t = {motion.time[worst]:.4g} s"
+            problem = f"{problem}, and to {value:.6g}, {where}" if problem else f"goes {where}"
+            found = value if math.isnan(found) else found
+        faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, float(f"{found:.6g}")))
     speed = np.abs(motion.velocity)
     for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
         worst, (unit, factor) = int(speed[:, joint].argmax()), shown_unit(slides, int(joint))

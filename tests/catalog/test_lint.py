@@ -149,6 +149,7 @@ def test_a_row_per_phase_and_rms_is_checked_in_its_own_convention() -> None:
         ({"mass": 0.03}, "rotor_inertia", "error"),
         ({"mass": 0.06}, "rotor_inertia", "warning"),
         ({"inductance": 0.299 * 5e-7}, "inductance", "error"),
+        ({"max_speed": 12000.0}, "max_speed", "error"),  # rpm as rad/s
         ({"current_basis": "rms"}, "current_basis", "error"),
         ({"winding_basis": "phase"}, "winding_basis", "error"),
     ],
@@ -259,6 +260,7 @@ BORDERS = [
     (RE40, "rotor_inertia", WHOLE, True, "error", "whole mass", 0.5 * WHOLE),
     (RE40, "rotor_inertia", 0.5 * WHOLE, True, "warning", "0.5 of mass", None),
     (RE40, "rotor_inertia", 2e-3 * WHOLE, False, "warning", "0.002 of mass", None),
+    (RE40, "max_speed", 40.0 / math.sqrt(2.0 * 1.42e-5 / 0.48), True, "error", "rpm given as rad/s", None),
     (SOUND_GEAR, "continuous_torque", 0.9 * (1.0 + 1e-6), True, "error", "repeated peak", None),
     ({**SOUND_GEAR, "ratcheting_torque": 2.0}, "ratcheting_torque", 1.5, False, "error",
      "momentary", None),

@@ -36,6 +36,15 @@ def test_a_position_beyond_a_limit_is_shown_in_degrees_with_its_unit():
     assert "28.6479 deg at" in fault.problem and fault.value == 60.0
 
 
+def test_a_motion_that_leaves_a_range_on_both_sides_is_one_fault():
+    """Positions in a wrong unit do so at every joint."""
+    there = waypoint_motion("m", ("a",), [[0.0], [1.0], [-3.0]], profile=Trapezoid(), durations=[1.0, 1.0])
+    (fault,) = limit_notes(there, np.array([-0.5]), np.array([0.5]), np.array([9.0])).faults
+    assert fault.value == 1.0
+    above, below = "goes above the upper limit of 0.5 rad or m at t = 1 s", "below the lower limit of -0.5 rad or m"
+    assert fault.problem == f"{above}, and to -3, {below} at t = 2 s"
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_speed_beyond_a_limit_is_a_warning_for_either_sign(sign):
     points = sign * np.array([[0.0, 0.0], [1.0, -2.0]])

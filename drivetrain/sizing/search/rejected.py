@@ -49,10 +49,9 @@ MARGIN = 1e-3  # relative, added to a change so that its printed digits are feas
 CHANGE_STEPS = 8  # number of steps of a change for which all candidates are searched; bisection visits at most four
 SEARCH_TIME = 5.0  # time limit of such a search [s]
 SUPPLY = -1  # stands for the index of a joint: every joint has a feasible drive
-NOT_KNOWN = " (not known)"
 FEASIBLE = -1
 STOPS = ("gear momentary peak torque", "arm stop at full current")  # their remarks say how a gear is spared
-LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "mass" + NOT_KNOWN, "price" + NOT_KNOWN)
+LABELS = (*(c.name for c in CHECKS), *(c.name + NOT_CHECKED for c in CHECKS), "unknown mass", "unknown price")
 UNITS = (*(c.unit for c in CHECKS), *(c.unit for c in CHECKS), "kg", "")
 
 Alternatives = tuple[tuple[str, str, float], ...]

@@ -281,7 +281,7 @@ def test_a_given_drive_of_unknown_price_is_left_out_of_the_sum(two_joints):
     assert math.isnan(selection.evaluation.criteria["price"])
     (note,) = selection.notes
     assert "price of j1 not known" in note and "m1" in note and "the rest" in note
-    assert [one.check for one in selection.rejected_pairs if one.motor == "m1"] == ["price (not known)"]
+    assert [one.check for one in selection.rejected_pairs if one.motor == "m1"] == ["unknown price"]
 
 
 def test_other_answers_follow_the_same_law(two_joints):

@@ -241,7 +241,7 @@ def test_rejections_say_what_an_evaluation_says(make, kind):
                 numbers = (required, np.nan, one.unit, np.inf)
                 expected.append((task.name, *keys, f"{one.name} (not checked)", *numbers, share))
         expected += [
-            (task.name, *offered.keys(int(pair)), "mass (not known)", np.nan, np.nan, "kg", np.inf, np.nan)
+            (task.name, *offered.keys(int(pair)), "unknown mass", np.nan, np.nan, "kg", np.inf, np.nan)
             for pair in what.lacking_data[joint]
         ]
     table = Rejected(what, chosen)

@@ -219,7 +219,7 @@ def test_price_without_prices_says_so(make):
     motors["m1"] = study.catalog.motors["m1"]
     motors["m2"] = study.catalog.motors["m2"]
     selection = select(replace(study, catalog=replace(study.catalog, motors=motors)))
-    assert {one.motor for one in selection.rejected_pairs if one.check == "price (not known)"} == {"m0", "m3"}
+    assert {one.motor for one in selection.rejected_pairs if one.check == "unknown price"} == {"m0", "m3"}
 
 
 def test_a_joint_without_candidates_is_an_answer(make):
