@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -35,6 +36,8 @@ LEAST_NOISE = 0.05
 SAME_NOISE = 0.5  # ratio of the slowest samples' noise to that of all above which no jitter is needed to explain it
 MEDIAN_TO_DEVIATION = 1.0 / 0.6745  # ratio of standard deviation to median absolute value of a normal variable
 FEWEST_SAMPLES = 6  # a quintic through fewer is not defined
+LONG_PAUSE = 100.0  # ratio of a pause in a recording to the usual step above which the parts are separate
+USUAL = 0.95  # share of steps that are not longer: readings may come in bursts
 DEGREE = 5
 UNLIKELY = 1e200  # instead of infinity, with which the line search could not calculate
 LEAST_PENALTY, MOST_PENALTY = -16, 6  # range of log10 of noise variance over variance of third differences
@@ -109,7 +112,15 @@ class SmoothingSpline(Smoothing):
         resolution = self.resolution if self.resolution is not None else detected_resolution(values)
         if not resolution > 0.0:
             raise InputError(Fault("smoothing", "needs a resolution above zero", resolution))
-        noise = np.full(len(time), resolution * NOISE_OF_RESOLUTION)
+        takes = [self._take(time[one], values[one], resolution * NOISE_OF_RESOLUTION) for one in _takes(time)]
+        rates, covariances = zip(*takes, strict=True)
+        return Fitted(np.concatenate(rates, axis=1), np.concatenate(covariances))
+
+    def _take(self, time: Array, values: Array, deviation: float) -> Fitted:
+        if len(time) < FEWEST_SAMPLES:
+            problem = f"needs at least {FEWEST_SAMPLES} samples between two long pauses"
+            raise InputError(Fault("time", problem, float(time[0]), "leave these samples out"))
+        noise = np.full(len(time), deviation)
         try:
             if self.jitter:
                 steepest = self.jitter * float(np.abs(np.diff(values)).sum()) / float(time[-1] - time[0])
@@ -132,6 +143,13 @@ class Fitted(NamedTuple):
 
     rates: Array  # position, speed and acceleration, (3, N)
     covariance: Array  # of position, speed and acceleration at each sample, (N, 3, 3)
+
+
+def _takes(time: Array) -> list[slice]:
+    """The parts of a recording between long pauses, over which knots at equal distances would be too far apart."""
+    step = np.diff(time)
+    ends = np.flatnonzero(step > LONG_PAUSE * np.quantile(step, USUAL, method="lower")) + 1
+    return [slice(*both) for both in pairwise([0, *ends.tolist(), len(time)])]
 
 
 def _maximum_likelihood(time: Array, values: Array, noise: Array) -> Fitted:

@@ -11,6 +11,7 @@ from drivetrain.motion.smoothing import (
     Parabolas,
     SavitzkyGolay,
     SmoothingSpline,
+    _takes,
     chosen_smoothing,
     detected_resolution,
     estimated_noise,
@@ -111,6 +112,22 @@ def test_a_clean_trapezoid_does_not_ring():
     way = chosen_smoothing(samples[:, 0], samples[:, 1], 0.0)
     second = way.derivatives(samples[:, 0], samples[:, 1]).second
     assert np.abs(second).max() == pytest.approx(4.5 / 0.99**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("pause", [20.0, 600.0])
+def test_a_pause_in_a_recording_separates_its_parts(pause):
+    """Knots at equal distances over the whole were 0.3 s apart, and the acceleration was lost with a tiny deviation."""
+    time, coarse = np.where(TIME < 0.9, TIME, TIME + pause), counts(WAVE, 14)
+    fitted = SmoothingSpline().fitted(time, coarse)
+    first = SmoothingSpline(detected_resolution(coarse)).fitted(TIME[:900], coarse[:900])
+    np.testing.assert_array_equal(fitted.rates[:, :900], first.rates)
+    off = np.abs(fitted.rates[2] - WAVE_ACCELERATION)
+    assert rms(off) < 0.1 * rms(WAVE_ACCELERATION)
+    assert np.mean(off < 1.96 * np.sqrt(fitted.covariance[:, 2, 2])) > 0.93
+    with pytest.raises(InputError, match="between two long pauses"):
+        SmoothingSpline(1e-3).fitted(np.r_[time, time[-1] + 1e4], np.r_[coarse, 0.0])
+    bursts = 0.05 * (np.arange(400) // 8) + 1e-6 * (np.arange(400) % 8)
+    assert len(_takes(bursts)) == 1
 
 
 def test_what_cannot_be_differentiated():
