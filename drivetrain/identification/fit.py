@@ -275,7 +275,8 @@ class _Columns:
     names: list[str]
     links: tuple[int, ...]
     laws: int  # index of the first friction coefficient
-    least: Array  # from which what a link has beside its contained drive is counted, (p,)
+    # From which what must be possible is counted: a link without its contained drive, the weaker direction of friction.
+    least: Array  # (p,)
 
     @property
     def friction(self) -> np.ndarray:
@@ -423,8 +424,8 @@ def _linear(
 
 
 def _coefficients(friction: Sequence[Friction], laws: Iterable[str]) -> Array:
-    """Coefficients of all joints, law by law."""
-    return np.array([getattr(law, name) for name in laws for law in friction], dtype=np.float64)
+    """Coefficients of all joints, law by law; NaN where a law has none."""
+    return np.array([getattr(law, name, None) for name in laws for law in friction], dtype=np.float64)
 
 
 def _smooth(curve: FrictionCurve, speed: Array, way: Array) -> Array:
@@ -466,6 +467,8 @@ def _columns(
     parts = [with_losses @ regressor[:, :, inertial], regressor[:, :, spinning], *extra]
     least = np.zeros(len(known))
     least[: len(inertial)] = _contained(prior)[inertial]
+    both = (_coefficients(prior.friction, laws), _coefficients(prior.friction, [f"{name}_negative" for name in laws]))
+    least[len(least) - len(both[0]) :] = both[0] - np.fmin(*both)  # no direction may get less than none
     return _Columns(np.concatenate(parts, axis=2), known, names, sought, len(inertial) + len(spinning), least)
 
 

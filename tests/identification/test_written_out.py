@@ -399,6 +399,18 @@ def test_torques_from_outside_are_not_identified(short: Any) -> None:
     np.testing.assert_allclose(again.contributions["unexplained"], whole.contributions["unexplained"], rtol=1e-6)
 
 
+def test_both_directions_of_friction_change_by_the_same(short: Any) -> None:
+    """As the fit assumes: the weaker direction is not cut off at zero afterwards."""
+    measured, guess = short
+    given = [dt.Friction(60.0, 0.1, viscous=1.0), dt.Friction(0.1, 60.0, viscous=1.0)]
+    found = dt.identify(guess, measured, friction=given)
+    change = (found.parameters["identified"] - found.parameters["prior"]).to_numpy()[-2:]
+    assert change.min() >= -0.1 - 1e-6
+    for law, before, more in zip(found.friction, given, change, strict=True):
+        assert law.coulomb - before.coulomb == pytest.approx(more, abs=1e-6)
+        assert law.coulomb_negative - before.coulomb_negative == pytest.approx(more, abs=1e-6)
+
+
 def test_one_link_alone_and_a_joint_without_motion_of_its_torque(short: Any) -> None:
     measured, guess = short
     still = replace(measured, torque=measured.torque * [1.0, 0.0] + [0.0, 3.0])
