@@ -72,8 +72,7 @@ class Identification:
         study: The given study with the identified arm and friction, ready to be evaluated; None if an arm was given.
         parameters: DataFrame by parameter name: ``prior``, ``identified``, ``deviation`` (standard deviation, infinite
             for a parameter that the recording determines only in combination with others, or not at all), ``share``
-            (remaining share of the prior's uncertainty: near 1 if the recording has no information about the
-            parameter).
+            (remaining share of the prior's uncertainty: near 1 if the recording adds nothing to what was given).
         base: DataFrame of the combinations that torques can distinguish: ``value``, ``deviation`` (standard deviation
             from the data, and how far prior and physical limits have drawn it) and ``combination`` as text.
         errors: DataFrame by joint, on held-out data at which the joint moves: RMS torque ``measured``, RMS error of the

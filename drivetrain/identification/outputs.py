@@ -152,7 +152,7 @@ def _parameters(found: Identification) -> tuple[Section, Section]:
         "hx, hy, hz are mass times centre of mass. They and the inertias are about the joint's point, in the axes of "
         "the base with all joints at zero.",
         "Remaining uncertainty: the standard deviation that recording and prior leave together, divided by that of the "
-        "prior. Near 100 % the recording has no information about the parameter, and its value is that of the prior.",
+        "prior. Near 100 % the recording adds nothing to what was given, and the value is that of the prior.",
         "A standard deviation of ∞: the recording determines the parameter only together with others, or not at all.",
     )
     return (

@@ -143,9 +143,10 @@ def read_recording(
         faults.append(Fault("columns", "currents must all be in the same amperes", words, "", table.file))
     if found.time is None or faults:
         hint = "name each column: columns={'phi': 'q [rad]'} in Python, --column 'phi=q [rad]' in a command"
-        raise InputError(
-            [replace(one, hint=one.hint or hint) if one.place.startswith("column ") else one for one in faults]
-        )
+        raise InputError([
+            replace(one, hint="; ".join(filter(None, (one.hint, hint)))) if one.place.startswith("column ") else one
+            for one in faults
+        ])  # fmt: skip
     places = [found.found["position", joint] for joint in joints]
     least = SMALL_JUMP * max([1.0, *(float(np.ptp(place.values)) for place in places)])
     for place in places:

@@ -127,6 +127,9 @@ def test_wrong_files(tmp_path: Path) -> None:
     np.savez(tmp_path / "bare.npz", **{"time": TIME, "q": DEGREES})
     with pytest.raises(InputError, match="needs a unit"):
         read_recording(tmp_path / "bare.npz", JOINTS)
+    np.savez(tmp_path / "stamp.npz", **{"timestamp [s]": TIME, "q [deg]": DEGREES})
+    with pytest.raises(InputError, match=r"did you mean 'time'\?; name each column"):
+        read_recording(tmp_path / "stamp.npz", JOINTS)
     np.savez(tmp_path / "back.npz", **{"time [s]": TIME[::-1], "q [rad]": DEGREES})
     with pytest.raises(InputError, match="goes back"):
         read_recording(tmp_path / "back.npz", JOINTS)
