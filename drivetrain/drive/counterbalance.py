@@ -111,6 +111,13 @@ def gas_spring_force(balance: Any, length: Any) -> Any:
     )
 
 
+def out_of_stroke(balance: Counterbalance, angle: Array) -> Array:
+    """Whether a gas spring would be longer than extended or shorter than compressed at an angle [rad], same shape."""
+    length = span_length(balance, angle)
+    beyond = (length > balance.extended_length) | (length < balance.extended_length - balance.stroke)
+    return np.asarray(beyond & (balance.gas_force > 0.0))
+
+
 @law
 def lever_torque(balance: Any, angle: Any) -> Any:
     """Torque of springs on levers and of the constant torque, on the link, positive along the axis [N m].

@@ -21,7 +21,7 @@ from drivetrain.simulation.planning.plan import Plan
 from drivetrain.simulation.planning.plan import plan as planned
 from drivetrain.simulation.recording import Event, Recording, Series, TableSeries, energy_event
 from drivetrain.simulation.scene import Scene
-from drivetrain.simulation.warnings import warnings
+from drivetrain.simulation.warnings import gas_springs, warnings
 from drivetrain.solvers.solver import Solver, check_positive
 
 DEFAULT_INTERVAL = 0.01  # s
@@ -265,7 +265,8 @@ def _finite_rows(plan: Plan, outcome: Outcome) -> tuple[Array, Event | None]:
         return rows, stopped
     if bad[0] == 0:
         name = list(named)[int(np.argmin(fine[0]))]
-        raise InputError(Fault(name, f"is beyond {LARGEST_VALUE:g}, or no number, at the very start"))
+        hint = next((event.detail for event in gas_springs(plan, rows[:1])), "")
+        raise InputError(Fault(name, f"is beyond {LARGEST_VALUE:g}, or no number, at the very start", hint=hint))
     if stopped is None or stopped.name == "diverged":
         # Name the largest state, not a quantity that grows with its square, such as a loss.
         states = list(plan.memory.states)

@@ -8,9 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from drivetrain.arrays import Array
+from drivetrain.drive.counterbalance import out_of_stroke, span_length
 from drivetrain.drive.motor import copper_coefficient
 from drivetrain.effects.control.commanded_motion import CommandedMotion
 from drivetrain.effects.friction.lugre_friction import LuGreFriction
+from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.engines.inverse import motor_of
@@ -26,7 +28,8 @@ SMALLEST_DEFLECTION = 1e-6  # deflection of the bristles over the relative toler
 def warnings(plan: Plan, engine: Engine, rows: Array) -> tuple[Event, ...]:
     """Warnings about a run that ended without an error; ``rows`` are its output rows."""
     step = float(getattr(engine, "step", 0.0))
-    return (*_temperature_warnings(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
+    found = (*_temperature_warnings(plan, rows), *_long_step(plan, step), *_bristles(plan, engine.tolerance, step))
+    return (*found, *gas_springs(plan, rows))
 
 
 def _temperature_warnings(plan: Plan, rows: Array) -> Iterator[Event]:
@@ -89,3 +92,19 @@ def _bristles(plan: Plan, tolerance: float, step: float) -> Iterator[Event]:
         else:
             continue
         yield Event(0.0, "LuGre stiffness", f"{one.title} {text}; DryFriction models exact sticking at any step")
+
+
+def gas_springs(plan: Plan, rows: Array) -> Iterator[Event]:
+    """Gas springs that a motion extends or compresses beyond their stroke, where their law says nothing."""
+    for one in plan.instances:
+        if isinstance(one.effect, CounterbalanceTorque):
+            angle, balance = rows[:, plan.layout.recorded[f"{one.place.name}.position"][0]], one.effect.balance
+            beyond = np.flatnonzero(out_of_stroke(balance, angle))
+            if len(beyond):
+                length = float(span_length(balance, angle[beyond[0]]))
+                shortest, longest = balance.extended_length - balance.stroke, balance.extended_length
+                detail = (
+                    f"{one.place.name}: the gas spring of counterbalance {one.effect.number} would be {length:.4g} m "
+                    f"long, and it goes from {shortest:.4g} to {longest:.4g} m: its force there is none that it has"
+                )
+                yield Event(float(rows[beyond[0], 0]), "gas spring", detail)

@@ -35,6 +35,10 @@ def test_overloaded_it_slips_with_its_sliding_torque() -> None:
     run = loaded(1.2 * RATIO * 2.0, HoldingBrake(2.0, 1.5, engaged=True))
     expected = (24.0 - 15.0) / (0.5 + RATIO**2 * 1e-3)
     assert run.series["joint.speed"].values[-1] == pytest.approx(expected, rel=1e-2)
+    assert [(event.time, event.name) for event in run.events] == [(0.0, "start")] and "2 N m" in run.events[0].detail
+    holds, moves = HoldingBrake(2.0, engaged=True), HoldingBrake(2.0, engages=(0.0,), closing=0.1, engaged=True)
+    moved = loaded(0.0, moves, speed=0.1, duration=0.01)
+    assert not loaded(0.9 * RATIO * 2.0, holds).events and "start" not in {event.name for event in moved.events}
 
 
 def test_released_the_load_falls_and_engaged_again_it_stops() -> None:

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import drivetrain as dt
+from drivetrain.drive.counterbalance import Counterbalance
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork
 from drivetrain.effects.effect import Effect
+from drivetrain.effects.loads.counterbalance_torque import CounterbalanceTorque
 from drivetrain.errors import InputError
 from drivetrain.simulation.engines.engine import Engine
 from drivetrain.simulation.recording import Event
@@ -61,6 +63,21 @@ def test_nothing_is_colder_than_absolute_zero(what: str) -> None:
         dt.WindingHeat(network, **{what: -300.0})
     with pytest.raises(InputError, match="absolute zero"):
         dt.GearDrag(dt.Gear("g", 50.0), -300.0)
+
+
+def test_a_gas_spring_that_leaves_its_stroke() -> None:
+    """The levers' points are 0.15 to 0.35 m apart, and 0.2 m at cos q = (0.25^2 + 0.1^2 - 0.2^2) / 0.05."""
+
+    def falls(**spring: float) -> dt.Recording:
+        one = Counterbalance(gas_force=1.0, lever_carrier=0.25, lever_link=0.1, extended_length=0.36, **spring)
+        return dt.simulate(dt.joint_scene(dt.Inertia(1.0, weight=5.0), [CounterbalanceTorque(one)], 1.0, position=1.2))
+
+    assert not named(falls(stroke=0.22, progression=1.2), "gas spring")
+    (event,) = named(run := falls(stroke=0.16, progression=1.2), "gas spring")
+    passed = run.time[run["joint.position"] < math.acos((0.25**2 + 0.1**2 - 0.2**2) / 0.05)]
+    assert event.time == passed[0] > 0.0 and "from 0.2 to 0.36 m" in event.detail
+    with pytest.raises(InputError, match=r"the very start.*gas spring of counterbalance 1"):
+        falls(stroke=0.02, progression=9.0, exponent=1.2)
 
 
 def test_a_step_longer_than_the_motion() -> None:

@@ -75,6 +75,11 @@ class HoldingBrake(Effect):
     def table(self, place: Place) -> Array:
         return np.array(self._changes())
 
+    @property
+    def engaged_at_start(self) -> bool:
+        """Whether it is engaged at 0 s."""
+        return next(state for time, state in reversed(self._changes()) if time <= 0.0) > 0.0
+
     def breakpoints(self) -> Sequence[float]:
         return [t for t, _ in self._changes() if t > 0.0]
 

@@ -15,6 +15,7 @@ import numpy as np
 from drivetrain.arrays import Array, checked_array
 from drivetrain.drive.motor import Motor, torque_constant
 from drivetrain.effects import signals as s
+from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.errors import Fault, InputError, nearest, raise_faults
 from drivetrain.simulation.core import equations
 from drivetrain.simulation.planning.plan import Plan
@@ -229,4 +230,15 @@ def yielding_joints(plan: Plan, row: Mapping[str, float]) -> tuple[Event, ...]:
         if not moved and gives_way and abs(holding) > (1.0 + NEGLIGIBLE) * abs(flows):
             detail = f"{joint} gives way though nothing is commanded: {holding:.3g} A would hold it, {flows:.3g} A flow"
             events.append(Event(0.0, "start", detail))
-    return tuple(events)
+    return (*events, *_slipping_brakes(plan, row))
+
+
+def _slipping_brakes(plan: Plan, row: Mapping[str, float]) -> Iterator[Event]:
+    """Events for brakes that are engaged at the start and do not hold."""
+    for one in plan.instances:
+        if isinstance(one.effect, HoldingBrake) and one.effect.engaged_at_start:
+            joint = one.place.name
+            moves = abs(row[f"{joint}.{s.MOTOR_ACCELERATION.name}"] / one.place.ratio) > REST_ACCELERATION
+            if row[f"{joint}.{s.MOTOR_SPEED.name}"] == 0.0 and moves:
+                detail = f"{joint} slips in its engaged brake, whose {one.effect.holding:.4g} N m do not hold it"
+                yield Event(0.0, "start", detail)

@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.coupling import coupled_groups
 from drivetrain.catalog.read import Catalog, FramelessRule, fits
 from drivetrain.drive.amplifier import Amplifier, best_of, limits_of, to_dc
 from drivetrain.drive.brake import Brake
-from drivetrain.drive.counterbalance import Counterbalance, span_length
+from drivetrain.drive.counterbalance import Counterbalance, out_of_stroke, span_length
 from drivetrain.drive.friction import FRICTIONLESS, Friction
 from drivetrain.drive.gear import NO_GEAR, Gear
 from drivetrain.drive.motor import Motor
@@ -303,9 +301,9 @@ def check_gas_springs(joints: Sequence[JointTask], cycle: Cycle | None, ledger: 
         return
     for i, task in enumerate(joints):
         for k, one in enumerate(task.counterbalances):
-            length = span_length(one, cycle.position[:, i]) if one.gas_force else np.array([one.extended_length])
-            low, high = float(length.min()), float(length.max())
-            if low < one.extended_length - one.stroke or high > one.extended_length:
+            if out_of_stroke(one, cycle.position[:, i]).any():
+                length = span_length(one, cycle.position[:, i])
+                low, high = float(length.min()), float(length.max())
                 problem = f"goes from {one.extended_length - one.stroke:.4g} to {one.extended_length:.4g} m"
                 value, place = f"{low:.4g} to {high:.4g} m in the cycle", ("joints", task.name, "counterbalances", k)
                 ledger.fault(place, problem, value, "another extended_length, stroke or levers")
