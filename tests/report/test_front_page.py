@@ -15,6 +15,7 @@ from drivetrain.report.charts.answer_charts import front_charts
 from drivetrain.report.pages.trade_off_pages import front_json, front_lines, front_report, front_sentence
 from drivetrain.sizing.results import DriveSet
 from drivetrain.sizing.search.pareto.front import Front
+from drivetrain.study.parts.tolerances import Tolerance, Tolerances
 from drivetrain.study.read import load_study
 from drivetrain.whole_files import shipped
 
@@ -44,6 +45,17 @@ def test_words_tell_span_and_proof(study):
     assert "up to 5 %" in left and "Not complete" in left
     assert "before anything was known" in front_sentence(front(study, complete=False, gap=math.inf))
     assert len(front_lines(front(study))) == 3 and "price" not in front_lines(front(study))[0]
+
+
+def test_words_tell_the_required_probability(study):
+    """Which sets of a front must have, where the study states tolerances."""
+    wanted = replace(study, wanted=replace(study.wanted, holds=0.95))
+    assert "95" not in front_sentence(front(wanted))  # without tolerances every set has it or not
+    scattered = replace(wanted, tolerances=Tolerances(payload=Tolerance(0.1)))
+    text = front_sentence(front(scattered))
+    assert "3 sets of drives, each passing every check with at least 95\u00a0%, that no other beats" in text
+    nothing = front_sentence(replace(front(scattered), points=()))
+    assert "No set of drives passes every check with at least 95\u00a0% (" in nothing
 
 
 def test_a_long_front_is_cut_on_the_terminal_and_one_set_has_no_span(study):

@@ -58,8 +58,10 @@ def front_section(found: Front, chosen: DriveSet | None = None) -> Section:
 
 def front_sentence(found: Front) -> str:
     """The answer in words."""
+    holds = found.study.wanted.holds if found.study.tolerances.given else None
+    surely = "" if holds is None else f" with at least {percent(holds)}"
     if not found.points:
-        return f"No set of drives passes every check ({found.proof})."
+        return f"No set of drives passes every check{surely} ({found.proof})."
     spans = []
     for name in found.names:
         values = [point.criteria[name] for point in found.points]
@@ -68,7 +70,8 @@ def front_sentence(found: Front) -> str:
         spans.append(f"{name} {low}{unit}" if low == high else f"{name} from {low} to {high}{unit}")
     count = len(found.points)
     sets = f"{count} set{'s' if count > 1 else ''} of drives"
-    return f"{sets} that no other beats: {', '.join(spans)}. {found.proof[0].upper()}{found.proof[1:]}."
+    passing = f", each passing every check{surely}," if surely else ""
+    return f"{sets}{passing} that no other beats: {', '.join(spans)}. {found.proof[0].upper()}{found.proof[1:]}."
 
 
 def unit_of(name: str) -> str:
