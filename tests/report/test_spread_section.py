@@ -74,6 +74,13 @@ def test_the_picture_has_every_bar_at_its_place(told):
         assert low.x[row] == high.x[row] == pytest.approx(100.0 * tornado.nominal)
 
 
+def test_the_axis_of_a_tornado_names_the_check_once_and_fits_a_phone(told):
+    """One line of joint, check and unit is wider than the plot beside the names of its bars."""
+    tornado = replace(told[1].tornadoes[0], joint="supply", check="supply regenerated power")
+    assert tornado_chart(tornado).x == "supply regenerated power\n[% of the limit]"
+    assert tornado_chart(replace(tornado, joint="j1", check="motor speed")).x == "j1: motor speed\n[% of the limit]"
+
+
 def test_a_tornado_without_bars_is_still_a_picture(told):
     _, found = told
     assert tornado_chart(replace(found.tornadoes[0], bars=())).rows == []

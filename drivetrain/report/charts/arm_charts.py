@@ -120,9 +120,10 @@ def tornado_chart(tornado: Tornado) -> Chart:
                 for row, bar in zip(rows, bars, strict=True)]  # fmt: skip
         marks.append(Mark("points", ends, places, colour=colour, size=6, tips=tips))
     marks += [Mark("rule", x=[middle], colour="ink"), Mark("rule", x=[100.0], colour=VERMILLION)]
+    place = "" if tornado.check.startswith(tornado.joint) else f"{tornado.joint}: "  # of the supply, named twice
     return Chart(f"{tornado.joint}: what each tolerance alone does to {tornado.check}",
-                 f"{tornado.joint}: {tornado.check} [% of the limit]", "", marks, rows=rows,
-                 height=90 + 24 * len(rows))  # fmt: skip
+                 f"{place}{tornado.check}\n[% of the limit]", "", marks, rows=rows,
+                 height=104 + 24 * len(rows))  # fmt: skip
 
 
 def deviation_text(bar: Bar) -> str:

@@ -52,6 +52,7 @@ const page = (function () {
     if (spec.log_x) decades(figure, figure.below[0], figure.x_range);
     if (spec.log_y) decades(figure, figure.left[0], figure.y_range);
     if (rows) {
+      figure.below[0].ticker.desired_num_ticks = 5; // beside long names of rows there is room for few
       const ticker = new Bokeh.FixedTicker({ ticks: spec.rows.map((_, i) => i) });
       figure.left[0].ticker = ticker;
       figure.center.find((grid) => grid.dimension === 1).ticker = ticker;
