@@ -37,6 +37,10 @@ OUTSIDE = (
         "gains of the loops (`drivetrain loops`); `drivetrain simulate` runs them",
     ),
     (
+        "insulation of windings on a supply above the motor's nominal voltage",
+        "the highest voltage of its data sheet; `nominal_voltage` under `candidates` of motors",
+    ),
+    (
         "bending of links, strength of links, screws and housings",
         "stiffness and strength of the structure: a finite-element model, or links as beams in a scene",
     ),
