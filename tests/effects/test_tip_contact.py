@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import drivetrain as dt
 from drivetrain.arm.arm import Arm
 from drivetrain.drive.friction import Friction
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
@@ -89,3 +90,17 @@ def test_force_power_and_energy_are_those_of_how_deep_the_tip_is(engine: Engine)
     power = np.where(deep > 0.0, (force - 5e3 * deep) * into, 0.0)
     assert found["scene.contact_power"] == pytest.approx(power, rel=1e-9, abs=1e-9)
     assert found["scene.contact_spring_energy"] == pytest.approx(2.5e3 * np.maximum(deep, 0.0) ** 2, abs=1e-12)
+
+
+def test_the_motion_of_the_tip_is_recorded_where_it_is_computed() -> None:
+    """Without an effect at the tip it is not computed: zeros would be wrong numbers."""
+    arm, still = dt.load_arm("planar-2r"), np.array([0.3, -0.5])
+    rotors = {name: (dt.ViscousFriction(dt.Friction(viscous=1.0)),) for name in arm.joint_names}
+    plain = dt.simulate(dt.Scene(arm, rotors, 0.01, still))
+    assert not [name for name in plain.series if "tip" in name]
+    none = dt.TipForce([0.0], np.zeros((1, 3)), np.zeros((1, 3)))
+    run = dt.simulate(dt.Scene(arm, {**rotors, "scene": (none,)}, 0.01, still))
+    place = [run[f"scene.tip_{axis}"][0] for axis in "xyz"]
+    np.testing.assert_allclose(place, dt.tip_pose(arm, still)[:3, 3], atol=1e-14)
+    for name in plain.series:
+        np.testing.assert_array_equal(run[name], plain[name])

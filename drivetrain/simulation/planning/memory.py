@@ -23,7 +23,7 @@ from drivetrain.simulation.core import equations
 from drivetrain.simulation.core import records as r
 from drivetrain.simulation.core.loops import loop_bodies
 from drivetrain.simulation.planning.mechanics import Mechanics
-from drivetrain.simulation.planning.wiring import Directory, Group, Instance, in_fixed_order
+from drivetrain.simulation.planning.wiring import Directory, Group, Instance, in_fixed_order, uses_tip
 
 ENERGIES = (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY)
 SCENE_SIGNALS = (*named.TIP_GIVEN, *named.TIP_TAKEN, *ENERGIES, named.PAYLOAD_ENERGY)
@@ -344,8 +344,7 @@ def _fill_world_and_engine(made: Memory, body: Mechanics, instances: Sequence[In
     numbers, sections = made.numbers, made.sections
     world, engine = made.view(numbers, "world")[0], made.view(numbers, "engine")[0]
     world["size"], world["joints"], world["coordinates"] = len(numbers), body.n, body.c
-    of_tip = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
-    engine["uses_tip"] = any(of_tip.intersection((*one.needs, *one.contributes)) for one in instances)
+    engine["uses_tip"] = uses_tip(instances)
     engine["arm"] = body.arm is not None
     engine["coupled"], engine["looped"] = body.coupled is not None, body.loops is not None
     engine["direct"], engine["last"] = body.coupled is None and body.loops is None, body.last

@@ -102,6 +102,12 @@ MOTOR_SIDE = {
 }  # fmt: skip
 
 
+def uses_tip(instances: Sequence[Instance]) -> bool:
+    """Whether any effect reads the motion of the tip or acts on it."""
+    of_tip = {signal.name for signal in (*named.TIP_GIVEN, *named.TIP_TAKEN)}
+    return any(of_tip.intersection((*one.needs, *one.contributes)) for one in instances)
+
+
 def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bool]) -> Directory:
     """All signals of a scene; ``flexible`` tells which joints have a spring.
 
@@ -112,13 +118,12 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
         *((signal, False) for signal in (*named.BEFORE, *named.AFTER)),
         *((signal, True) for signal in named.TAKEN),
     ]
-    tip = {signal.name for signal in named.TIP_TAKEN}
-    pushed = any(tip & set(one.contributes) for one in instances)
+    tip = uses_tip(instances)  # otherwise its motion is not computed
     for index, joint in enumerate(place.joints):
         for signal, taken in every:
             if signal.name.startswith(("deflection", "gear_")) and not flexible[index]:
                 continue
-            if signal is named.TIP_TORQUE and not pushed:
+            if signal is named.TIP_TORQUE and not tip:
                 continue
             own = signal.name in MOTOR_SIDE
             name = f"{joint}.{signal.name}"
@@ -135,7 +140,7 @@ def directory(instances: Sequence[Instance], place: Place, flexible: Sequence[bo
         for power in (named.JOINT_FRICTION_POWER, named.MOTOR_FRICTION_POWER, named.MESH_POWER):
             known.powers[f"{joint}.{power.name}"] = Role.LOSS
     known.units["scene.mass_matrix"], known.providers["scene.mass_matrix"] = "kg m^2", MECHANICS
-    for signal in (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY, *named.TIP_GIVEN):
+    for signal in (named.KINETIC_ENERGY, named.POTENTIAL_ENERGY, *(named.TIP_GIVEN if tip else ())):
         known.units[signal.name], known.providers[signal.name] = signal.unit, MECHANICS
     for signal in named.TIP_TAKEN:
         known.units[signal.name], known.contributors[signal.name] = signal.unit, []
