@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,8 +20,10 @@ LITTLE = 0.5  # error over torque on held-out data above which a joint is hardly
 IMPOSSIBLE = 1.2  # ratio of the errors of consistent and of unrestricted parameters
 SATURATED = 0.05  # share of samples at the largest or smallest torque
 SURE = 5.0  # standard deviations from zero
-COUNTS = 0.02  # least share of a joint's torque that a missing effect must have
+COUNTS = 0.02  # least share of a joint's torque that a missing effect, or a change in the recording, must have
 SLOW = 0.1  # share of the highest speed over which friction may fall or rise
+PARTS = 8  # of the recording that are compared
+APART = 3.0  # ratio of the errors of one model for all parts and of one for each; 1.25 for a measured robot
 DISTINCT = 0.01  # least share of a column that the base parameters do not have
 
 
@@ -68,11 +71,33 @@ def warnings(found: Evidence) -> list[str]:
             f"only impossible parameters, such as negative masses or friction, would explain the torques of "
             f"{', '.join(wrong)}: check signs, units, and the order of the columns"
         )
+    if _changes(found):
+        lines.append(
+            "the parts of the recording contradict each other: did the payload, the friction or a signal change in it?"
+        )
     return [f"warning: {line}" for line in (*lines, *_missing(found))]
 
 
 def _of(names: tuple[str, ...], which: Mask) -> list[str]:
     return [name for name, one in zip(names, which, strict=True) if one]
+
+
+def _changes(found: Evidence) -> bool:
+    """Whether models of the parts of the recording, one for each, explain it much better than one for all of it."""
+    samples, free = len(found.left), found.base.shape[2]
+    ends = np.linspace(0, samples, PARTS + 1).astype(int)
+    if min(found.used[first:last].sum() for first, last in pairwise(ends)) < 3 * free:
+        return False
+
+    def variance(first: int, last: int) -> float:
+        rows, left = found.base[first:last].reshape(-1, free), found.left[first:last].ravel()
+        errors = left - rows @ np.linalg.lstsq(rows, left)[0]
+        return float(errors @ errors) / float(found.used[first:last].sum() - free)
+
+    # A change in a part leaves large errors there.
+    usual = np.median([variance(*both) for both in pairwise(ends.tolist())])
+    torque = np.sum((found.measured * found.used / found.spread) ** 2) / found.used.sum()
+    return bool(variance(0, samples) > max(APART**2 * usual, COUNTS**2 * torque))
 
 
 def _missing(found: Evidence) -> list[str]:
