@@ -29,6 +29,7 @@ from drivetrain.effects.control.preload import Preload
 from drivetrain.effects.effect import Effect
 from drivetrain.effects.fields import Side
 from drivetrain.effects.friction.dry_friction import DryFriction
+from drivetrain.effects.friction.holding_brake import HoldingBrake
 from drivetrain.effects.friction.viscous_friction import ViscousFriction
 from drivetrain.effects.gear.gear_drag import GearDrag
 from drivetrain.effects.gear.mesh_loss import MeshLoss
@@ -47,7 +48,7 @@ from drivetrain.motion.motion import Motion
 from drivetrain.records import as_record, known
 from drivetrain.simulation.engines.inverse import demanded
 from drivetrain.simulation.planning.plan import plan
-from drivetrain.simulation.scene import WHOLE, Inertia, Scene
+from drivetrain.simulation.scene import WHOLE, Inertia, Scene, without
 from drivetrain.spatial.wrenches import turned
 from drivetrain.study.model import JointTask, Study, refuse_moving_base
 from drivetrain.study.parts.mounting import TWO_AS_ONE, as_single, loaded_arm, motor_pairs, run_apart, two_as_one
@@ -381,7 +382,7 @@ def with_feed_forward(scene: Scene) -> Scene:
     Raises:
         InputError: A joint without a command.
     """
-    ready = plan(scene)
+    ready = plan(without(scene, HoldingBrake))  # no controller pushes against an engaged brake
     times = command_times(scene)
     demand = demanded(ready, times)
     after = np.append(times[1:], np.inf)

@@ -336,6 +336,10 @@ def test_currents_that_are_fed_forward_are_those_of_the_motion() -> None:
     # At the last instant the command stands still.
     np.testing.assert_allclose(fed.current[jump[1] : -1], after / 50.0 / 0.1, rtol=1e-9)
     assert fed.time[0] == 0.0 and fed.time[-1] == 0.02
+    # A brake that engages is no load of the motion.
+    braked = replace(scene, effects={**scene.effects, "joint": (*effects, dt.HoldingBrake(3.0, engages=(0.005,)))})
+    same = only(study_scene.with_feed_forward(braked).effects["joint"], GivenCurrent)
+    np.testing.assert_array_equal(same.current, fed.current)
 
 
 # --- two motors
