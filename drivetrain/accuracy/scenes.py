@@ -11,7 +11,7 @@ import numpy as np
 from drivetrain.arm.arm import Arm
 from drivetrain.arm.geared import at_level
 from drivetrain.arm.rotors import RotorLevel
-from drivetrain.drive.amplifier import available_voltage
+from drivetrain.drive.amplifier import Supply
 from drivetrain.drive.drive import Drive
 from drivetrain.drive.thermal.thermal_network import ThermalNetwork, thermal_network
 from drivetrain.effects.control.cascade import PositionLoop, SampledCascade
@@ -23,7 +23,7 @@ from drivetrain.effects.motor.current_loop import CurrentLoop, SampledCurrentLoo
 from drivetrain.effects.motor.given import GivenCurrent
 from drivetrain.effects.motor.motor_current import MotorCurrent
 from drivetrain.effects.motor.rotor import ReflectedRotor
-from drivetrain.effects.motor.supply_bus import StiffSupply
+from drivetrain.effects.motor.supply_bus import StiffSupply, SupplyBus
 from drivetrain.effects.motor.winding import Winding
 from drivetrain.effects.motor.winding_heat import WindingHeat
 from drivetrain.errors import Fault, InputError
@@ -159,13 +159,26 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         motors = 2.0 if TWO_AS_ONE in joint.drive.assumptions else 1.0
         own += [Cogging((motors * teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
-    volts = {available_voltage(task.amplifier, study.supply.voltage) for task in study.joints}
-    if len(volts) == 1:
-        effects[WHOLE] = (*effects[WHOLE], StiffSupply(volts.pop()))
+    shares = {task.amplifier.modulation for task in study.joints}
+    if any(isinstance(one, SupplyBus) for one in effects[WHOLE]):  # the study adds it
+        pass
+    elif len(shares) == 1:
+        effects[WHOLE] = (*effects[WHOLE], _supply(study.supply, shares.pop()))
     else:
         gone = [Choice(kind, task.name) for task in study.joints for kind in ("SampledCurrentLoop", "CurrentLoop")]
         effects |= {name: remaining(name, effects[name], gone) for name in built.joints}
     return replace(built, effects=effects)
+
+
+def _supply(supply: Supply, modulation: float) -> Effect:
+    """The supply of all amplifiers: a bus if its capacitance is known."""
+    if supply.capacity is None:
+        return StiffSupply(supply.voltage, modulation)
+    power = math.inf if supply.peak_power is None else supply.peak_power
+    resistor = (math.inf, math.inf)
+    if supply.threshold is not None and supply.resistance is not None:
+        resistor = supply.threshold, supply.resistance
+    return SupplyBus(supply.voltage, supply.capacity, power, *resistor, modulation)
 
 
 def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect] = ()) -> Scene:

@@ -254,8 +254,8 @@ def limit_notes(
             found = value if math.isnan(found) else found
         faults.append(Fault(f"{name}, joint {motion.joint_names[joint]}", problem, float(f"{found:.6g}")))
     speed = np.abs(motion.velocity)
-    for joint in np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING)):
-        worst, (unit, factor) = int(speed[:, joint].argmax()), shown_unit(slides, int(joint))
+    for joint in map(int, np.flatnonzero(speed.max(axis=0) > np.asarray(speed_limits) * (1.0 + ROUNDING))):
+        worst, (unit, factor) = int(speed[:, joint].argmax()), shown_unit(slides, joint)
         rate = unit.replace(" or", "/s or") + "/s"
         warnings.append(
             f"warning: {name}: joint {motion.joint_names[joint]} reaches {factor * speed[worst, joint]:.4g} at "

@@ -14,6 +14,7 @@ from drivetrain.accuracy.scenes import full_scene
 from drivetrain.drive.brake import Brake
 from drivetrain.errors import InputError
 from drivetrain.simulation.recording import load_recording
+from drivetrain.study.parts.simulation import AddedEffect
 from drivetrain.whole_files import shipped
 
 DOOR = shipped("examples") / "one_axis" / "study.yaml"
@@ -156,3 +157,23 @@ def test_a_mix_is_judged_by_its_shares_when_it_has_run() -> None:
     away = replace(study.cycle, position=study.cycle.position + 0.1 * second[:, np.newaxis])
     with pytest.raises(InputError, match="begins elsewhere"):
         dt.simulate(replace(study, cycle=away), drives=chosen.drives)
+
+
+def test_a_bus_whose_capacitance_is_known_is_simulated(door: dt.Study) -> None:
+    """It rises with the energy that comes back, at most as far as the check allows for; a resistor holds it."""
+    supply = replace(door.supply, regenerated_power=None, capacity=5e-3, max_voltage=90.0)
+    study = replace(door, supply=supply)
+    run = dt.simulate(study, drives=DRIVE, interval=1e-3)
+    energy, most = 0.0, 0.0
+    for power, step in zip(run["scene.delivered_power"][1:], np.diff(run.time), strict=True):
+        energy = max(energy - power * step, 0.0)  # the source fills it up again
+        most = max(most, energy)
+    peak = run["scene.bus_voltage"].max()
+    assert peak == pytest.approx(np.sqrt(24.0**2 + 2.0 * most / 5e-3), rel=2e-3) and peak > 40.0
+    judged = next(one for one in dt.evaluate(study, DRIVE).shared if one.name == "supply bus voltage").required
+    assert judged is not None and peak <= judged
+    braked = replace(study, supply=replace(supply, threshold=30.0, resistance=20.0))
+    assert dt.simulate(braked, drives=DRIVE)["scene.bus_voltage"].max() == pytest.approx(30.0, rel=1e-6)
+    bus = AddedEffect("", dt.SupplyBus, {"voltage": 24.0, "capacity": 5e-3, "power": 150.0})
+    added = replace(door, simulation=replace(door.simulation, add=(bus,)))
+    assert dt.simulate(added, drives=DRIVE)["scene.bus_voltage"].max() == pytest.approx(peak, rel=1e-9)

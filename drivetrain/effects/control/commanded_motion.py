@@ -134,8 +134,7 @@ class CommandedMotion(Effect):
     def breakpoints(self) -> Sequence[float]:
         time = self.motion.time - self.motion.time[0]
         jumps = np.unique(time[1:][np.diff(time) == 0.0])
-        jumps = [*jumps[jumps < time[-1]], float(time[-1])]
-        return self._repeated(jumps)
+        return self._repeated([*jumps[jumps < time[-1]].tolist(), float(time[-1])])
 
     def knots(self, tolerance: float) -> Sequence[float]:
         time = self.motion.time - self.motion.time[0]
