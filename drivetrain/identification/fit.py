@@ -21,7 +21,7 @@ from drivetrain.arm.coupling import rotor_turns, shaft_motion, shaft_torques, sh
 from drivetrain.arm.geared import with_rotors
 from drivetrain.arm.rotors import MountedRotor
 from drivetrain.arrays import Array, Mask, checked_array, read_only
-from drivetrain.drive.amplifier import to_dc
+from drivetrain.drive.amplifier import motor_basis, to_dc
 from drivetrain.drive.counterbalance import counterbalance_torque
 from drivetrain.drive.drive import Drive, shaft_friction
 from drivetrain.drive.friction import FRICTIONLESS, Friction, FrictionCurve, direction, friction_at, friction_curve
@@ -218,10 +218,11 @@ def identify(
     errors = _error_table(before[kept], held_out, measured[kept], used[kept], arm)
     modelled = given + columns.matrix @ change
     free = wanted - weighted @ (problem.deviation(everything, weights) / problem.scale)
-    told = int(np.isfinite(parameters["deviation"]).sum())
+    told, constants = int(np.isfinite(parameters["deviation"]).sum()), _torque_constants(recording, prior)
     notes = (
         *recording.notes,
         *_assumed(prior, recording, torque_constant),
+        *_words_of_constants(recording, prior, constants),
         f"weight of the prior {weights.bodies:g} for bodies and {weights.friction:g} for friction, by cross-validation",
         f"{len(columns.names)} parameters in {len(base)} combinations that the motion can distinguish, {told} of them "
         "single parameters",
@@ -233,7 +234,7 @@ def identify(
     )  # fmt: skip
     return Identification(
         new_arm, new_friction, whole, parameters, base, errors,
-        _contributions(columns, found, measured, model, known, arm), condition, _torque_constants(recording, prior),
+        _contributions(columns, found, measured, model, known, arm), condition, constants,
         time, measured, modelled, notes,
     )  # fmt: skip
 
@@ -344,12 +345,29 @@ def _joint_torque(recording: MeasuredMotion, prior: _Prior, torque_constant: Any
     if torque_constant is not None:
         constants = checked_array(np.broadcast_to(torque_constant, (prior.arm.n,)), (prior.arm.n,), "torque_constant")
     elif prior.drives:
-        # Of a direct current, RMS value and amplitude are the current itself.
-        motors, basis = [drive.motor for drive in prior.drives], recording.current_basis or "dc"
-        constants = np.array([to_dc(m.torque_constant, "dc" if m.kind == "brushed" else basis) for m in motors])
+        constants = _stated_constants(recording, prior)
     else:
         raise InputError(Fault("torque_constant", "is needed: only currents were measured [N m/A]"))
     return np.asarray((recording.current * constants) @ turns)
+
+
+def _stated_constants(recording: MeasuredMotion, prior: _Prior) -> Array:
+    """Torque constants of the given motors per ampere of the recording [N m/A], (n,)."""
+    motors, basis = [drive.motor for drive in prior.drives], recording.current_basis or "dc"
+    return np.array([to_dc(m.torque_constant, motor_basis(m.kind, basis)) for m in motors])
+
+
+def _words_of_constants(recording: MeasuredMotion, prior: _Prior, fitted: Array | None) -> list[str]:
+    """A note on fitted torque constants, with those of the given motors."""
+    if fitted is None:
+        return []
+    stated = _stated_constants(recording, prior) if prior.drives else np.full(len(fitted), np.nan)
+    each = [
+        f"{name} {value:.4g}" + (f" (given {given:.4g})" if np.isfinite(given) else "")
+        for name, value, given in zip(recording.joint_names, fitted, stated, strict=True)
+        if np.isfinite(value)
+    ]
+    return [f"torque constants from torque and current, per A of the recording: {', '.join(each)} N m/A"]
 
 
 def _assumed(prior: _Prior, recording: MeasuredMotion, torque_constant: Any) -> list[str]:

@@ -145,6 +145,8 @@ def test_currents_and_torque_constants() -> None:
     np.testing.assert_allclose(found.measured, full.torque, rtol=1e-12)
     both = dt.identify(arm, replace(full, current=current))
     assert both.torque_constant == pytest.approx(constants)
+    (told,) = [note for note in both.notes if note.startswith("torque constants")]
+    assert f"{arm.joint_names[-1]} 0.06 N m/A" in told and "given" not in told
     with pytest.raises(dt.InputError, match="torque_constant"):
         dt.identify(arm, by_current)
     with pytest.raises(dt.InputError, match="read_recording reads one"):

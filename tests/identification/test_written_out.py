@@ -574,6 +574,10 @@ def test_currents_of_a_phase_are_converted(driven: dt.Study) -> None:
         said = fit._assumed(mixed, measured, None)
         assert (basis is None) is any("do not say what amperes they are" in note for note in said)
         assert not fit._assumed(mixed, measured, 0.2)
+        (line,) = fit._words_of_constants(measured, mixed, np.array([0.5, 0.25]))
+        first, second = driven.arm.joint_names
+        wanted = f"{first} 0.5 (given {constant:.4g}), {second} 0.25 (given {factor * constant:.4g}) N m/A"
+        assert line.endswith(wanted)
 
 
 def test_near_rest_friction_changes_its_sign_smoothly(driven: dt.Study) -> None:
