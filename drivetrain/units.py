@@ -342,7 +342,8 @@ def _split_number(value: Any, unit: str) -> tuple[float, str]:
 def _check_range(value: float, unit: str, minimum: float | None, maximum: float | None, above: float | None) -> None:
     shown = f" {unit}" if unit not in PURE else ""
     if minimum is not None and value < minimum:
-        raise NotAUnitError(f"must be at least {minimum:g}{shown}")
+        unknown = "leave it out if it is unknown" if value == 0.0 else ""
+        raise NotAUnitError(f"must be at least {minimum:g}{shown}", unknown)
     if maximum is not None and value > maximum:
         percent = f"was {value:g} % meant?" if maximum == 1.0 and unit in PURE and 2.0 <= value <= 100.0 else ""
         raise NotAUnitError(f"must be at most {maximum:g}{shown}", percent)

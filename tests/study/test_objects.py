@@ -298,6 +298,7 @@ def test_a_load_table_without_an_arm() -> None:
     [
         ({"motors": {"MY": {**MOTOR, "torque_constant": "50 mV"}}}, "motors.MY.torque_constant: must be a torque"),
         ({"motors": {"MY": {**MOTOR, "resistance": -1.0}}}, "motors.MY.resistance: must be at least"),
+        ({"motors": {"MY": {**MOTOR, "coulomb_friction": "0 N m"}}}, "N m'); leave it out if it is unknown"),
         ({"motors": {"MY": {k: v for k, v in MOTOR.items() if k != "current_basis"}}}, "motors.MY.current_basis"),
         ({"motors": {"MY": {**MOTOR, "torque_konstant": 1.0}}}, "did you mean 'torque_constant'"),
         ({"drives": ("MI", "G")}, "no motor has this key (found 'MI'); known: MY"),
