@@ -18,7 +18,7 @@ WORK = {
     "candidates judged": "candidates evaluated by all checks",
     "descents": "descents to a whole set",
     "sets that fit": "whole sets met that pass every check",
-    "equal sets judged": "equals of the best set, or of the last of the best, that pass every check",
+    "equal sets judged": "equals of the best set, or of the last of the best, that were judged",
     "disagreements": "sets on which compiled code and evaluation differed, taken out",
     # of a front
     "candidates costed": "bounds on the criteria of a candidate",
