@@ -160,11 +160,10 @@ def full_scene(evaluation: Evaluation, options: Simulation | None = None) -> Sce
         own += [Cogging((motors * teeth.amplitude,), (teeth.periods,))] if teeth is not None else []
         effects[task.name] = (*own, *_heat(study, task, joint))
     shares = {task.amplifier.modulation for task in study.joints}
-    if any(isinstance(one, SupplyBus) for one in effects[WHOLE]):  # the study adds it
-        pass
-    elif len(shares) == 1:
+    adds_bus = any(isinstance(one, SupplyBus) for one in effects[WHOLE])
+    if not adds_bus and len(shares) == 1:
         effects[WHOLE] = (*effects[WHOLE], _supply(study.supply, shares.pop()))
-    else:
+    elif not adds_bus:
         gone = [Choice(kind, task.name) for task in study.joints for kind in ("SampledCurrentLoop", "CurrentLoop")]
         effects |= {name: remaining(name, effects[name], gone) for name in built.joints}
     return replace(built, effects=effects)
@@ -174,11 +173,8 @@ def _supply(supply: Supply, modulation: float) -> Effect:
     """The supply of all amplifiers: a bus if its capacitance is known."""
     if supply.capacity is None:
         return StiffSupply(supply.voltage, modulation)
-    power = math.inf if supply.peak_power is None else supply.peak_power
-    resistor = (math.inf, math.inf)
-    if supply.threshold is not None and supply.resistance is not None:
-        resistor = supply.threshold, supply.resistance
-    return SupplyBus(supply.voltage, supply.capacity, power, *resistor, modulation)
+    power, threshold, resistance = (one or math.inf for one in (supply.peak_power, supply.threshold, supply.resistance))
+    return SupplyBus(supply.voltage, supply.capacity, power, threshold, resistance, modulation)
 
 
 def wanted_scene(full: Scene, names: Iterable[str], added: Iterable[AddedEffect] = ()) -> Scene:

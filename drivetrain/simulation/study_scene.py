@@ -409,9 +409,10 @@ def command_times(scene: Scene, longest: float = 2e-3) -> Array:
             time = effect.motion.time - effect.motion.time[0]
             for k in range(effect.repetitions):
                 instants |= {float(t) for t in time + k * time[-1]}
-            jumps |= {t for t in effect.breakpoints() if 0.0 < t <= scene.duration}
-            end, stops = float(time[-1]) * effect.repetitions, effect.breakpoints()[-1]
-            rests |= {stops} if end < stops and end <= scene.duration else set()  # it ends moving, and stops just after
+            breakpoints, end = effect.breakpoints(), float(time[-1]) * effect.repetitions
+            jumps |= {t for t in breakpoints if 0.0 < t <= scene.duration}
+            if end < breakpoints[-1] and end <= scene.duration:  # it ends moving, and stops just after
+                rests.add(breakpoints[-1])
     marks = np.array(sorted(t for t in instants if t <= scene.duration))
     parts = [np.linspace(a, b, max(2, 1 + math.ceil((b - a) / longest)))[:-1] for a, b in pairwise(marks)]
     grid = np.unique(np.concatenate([*parts, [scene.duration], [*rests]]))

@@ -28,7 +28,7 @@ from drivetrain.sizing.judge.evaluate import Given, evaluate, given_drives
 from drivetrain.sizing.judge.vary import edge
 from drivetrain.sizing.results import Evaluation, Selection, every_drive, placed_checks
 from drivetrain.study.model import Study, refuse_moving_base
-from drivetrain.study.parts.verdicts import Check, Verdict, undecided
+from drivetrain.study.parts.verdicts import Check, fails
 
 MAX_FACTOR = 50.0  # largest factor of slowing down or speeding up
 BRACKET_STEP = 1.25  # factor between steps while an edge is bracketed
@@ -372,7 +372,7 @@ def _min_factor(study: Study, drives: Mapping[str, Given] | None, move: slice) -
             result = evaluate(replace(study, cycle=retimed(own, whole, np.array([factor]))), drives)
         except InputError:  # so fast that a stop on its ramp would lead a linkage where it cannot go
             return False
-        return not any(_fails(check) for _, check in _instants(result))
+        return not any(fails(check) for _, check in _instants(result))
 
     return max(_smallest_factor(holds, 1.0), float(_speed_share(study, own.velocity).max()))
 
@@ -394,7 +394,7 @@ def _repaired(at: Callable[[Array], Evaluation], moves: list[slice], edges: Arra
     for _ in range(MAX_REPAIRS):
         result = at(pace)
         time = result.study.cycle.time
-        failed = [check.time for _, check in _instants(result) if _fails(check) and check.time is not None]
+        failed = [check.time for _, check in _instants(result) if fails(check) and check.time is not None]
         slow = {k for k, move in enumerate(moves) for t in failed if time[move.start] <= t <= time[move.stop - 1]}
         if not slow:
             break
@@ -425,18 +425,14 @@ def _smallest_factor(holds: Callable[[float], bool], start: float, *, quicker: b
 
 
 def _satisfied(evaluation: Evaluation) -> bool:
-    return not any(_fails(check) for _, check in placed_checks(evaluation))
-
-
-def _fails(check: Check) -> bool:
-    return check.verdict is Verdict.FAIL or undecided(check)
+    return not any(fails(check) for _, check in placed_checks(evaluation))
 
 
 def _instants(evaluation: Evaluation) -> list[tuple[str, Check]]:
     """The checks that depend on an instant alone, with their places."""
     return [
         one for one in placed_checks(evaluation)
-        if _of_an_instant(one[1]) and (one[1].utilisation is not None or _fails(one[1]))
+        if _of_an_instant(one[1]) and (one[1].utilisation is not None or fails(one[1]))
     ]  # fmt: skip
 
 
@@ -449,7 +445,7 @@ def _over_cycle(at: Callable[[Array], Evaluation], edges: Array, share: float) -
     if share == 0.0:
         return "", ""
     result = at(np.maximum(edges, share / (1.0 + 3.0 * FACTOR_TOLERANCE)))
-    failed = [one for one in placed_checks(result) if _fails(one[1])]
+    failed = [one for one in placed_checks(result) if fails(one[1])]
     place, check = max(failed, key=lambda one: one[1].utilisation or 0.0, default=("", None))
     return (place, "" if check is None else check.name)
 

@@ -41,7 +41,7 @@ from drivetrain.sizing.search.tree import Tree, run_search
 from drivetrain.study.change import heaviest
 from drivetrain.study.model import Study, pair_name
 from drivetrain.study.parts.mounting import mass_counts
-from drivetrain.study.parts.verdicts import Check, Verdict, lacking, shared_place, undecided
+from drivetrain.study.parts.verdicts import Check, Verdict, fails, lacking, shared_place
 
 ALTERNATIVES = 5
 FIRST_BATCH, MAX_BATCH = 64, 4096  # candidates judged in the first and in the largest batch
@@ -249,7 +249,7 @@ def advice_on(evaluation: Evaluation, near: Nearest) -> tuple[str, ...]:
 def _summary(evaluation: Evaluation, near: Nearest) -> str:
     """Where the nearest set is infeasible, in words."""
     if near.joint == SUPPLY:
-        names = dict.fromkeys(one.name for one in evaluation.shared if _rules_out(one))
+        names = dict.fromkeys(one.name for one in evaluation.shared if one.verdict is Verdict.FAIL or lacking([one]))
         if names:
             return f"Every joint has a drive that meets its limits; together they do not pass: {', '.join(names)}."
         soft = ", or are not as stiff as wished" if near.study.stiffness.stated else ""
@@ -265,16 +265,12 @@ def _binding(evaluation: Evaluation, near: Nearest) -> list[str]:
     places = [(name, joint.checks) for name, joint in evaluation.joints.items()]
     shared = [(shared_place(check), (check,)) for check in evaluation.shared]
     for place, checks in [*places[near.joint :: -1], *places, *shared]:
-        failed = [check for check in checks if check.verdict is Verdict.FAIL or undecided(check)]
+        failed = [check for check in checks if fails(check)]
         if failed:
             check = max(failed, key=_excess)
             cause = f" Cause: {check.remark}." if check.name in STOPS and check.remark else ""
             found.append(f"Binding at {place}: {check.name}, {_figures(check)}.{cause}")
     return list(dict.fromkeys(found))
-
-
-def _rules_out(check: Check) -> bool:
-    return check.verdict is Verdict.FAIL or bool(lacking([check]))
 
 
 def _excess(check: Check) -> float:

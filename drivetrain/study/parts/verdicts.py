@@ -97,6 +97,11 @@ def undecided(check: Check) -> bool:
     return bool(lacking([check])) and None not in (check.required, check.available)
 
 
+def fails(check: Check) -> bool:
+    """Whether a check does not pass, be it against its limit or against the substitute for a missing one."""
+    return check.verdict is Verdict.FAIL or undecided(check)
+
+
 def verdict_of(checks: Iterable[Check]) -> Verdict:
     """Overall verdict of some checks; the only place that decides what missing data mean."""
     made = tuple(checks)
